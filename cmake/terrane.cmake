@@ -1,0 +1,38 @@
+# terrane_folder(NAME SOURCES ... LINK ... PRIVATE_LINK ... TESTS ...)
+#
+# One folder of src/: a static library `terrane_NAME` whose public headers are include/terrane/NAME,
+# and one GoogleTest program `test_NAME` from the files in test/. A folder sees only the headers of the
+# folders that it links, so an include against the flow of the data fails to compile.
+function(terrane_folder name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRIVATE_LINK;TESTS;TEST_LINK" ${ARGN})
+  set(target terrane_${name})
+  if(ARG_SOURCES)
+    add_library(${target} STATIC ${ARG_SOURCES})
+    target_include_directories(${target} PUBLIC include PRIVATE src)
+    target_link_libraries(${target} PUBLIC ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
+    terrane_warnings(${target})
+  else()
+    add_library(${target} INTERFACE)
+    target_include_directories(${target} INTERFACE include)
+    target_link_libraries(${target} INTERFACE ${ARG_LINK})
+  endif()
+  if(TERRANE_TESTS AND ARG_TESTS)
+    add_executable(test_${name} ${ARG_TESTS})
+    target_include_directories(test_${name} PRIVATE src test ${PROJECT_SOURCE_DIR}/tests/support)
+    target_link_libraries(test_${name} PRIVATE ${target} ${ARG_PRIVATE_LINK} ${ARG_TEST_LINK} GTest::gtest GTest::gtest_main)
+    target_compile_definitions(test_${name} PRIVATE TERRANE_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+    terrane_warnings(test_${name})
+    gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60)
+  endif()
+endfunction()
+
+# Warnings are errors; floats are never contracted, so that every machine computes the same heights.
+function(terrane_warnings target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
+    -Werror -ffp-contract=off
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)  # false alarms from std::string::insert in g++ 12
+  if(TERRANE_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${TERRANE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+    target_link_options(${target} PRIVATE -fsanitize=${TERRANE_SANITIZE})
+  endif()
+endfunction()

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "terrane/base/progress.h"
+#include "terrane/base/result.h"
+#include "terrane/dataset/manifest.h"
+#include "terrane/tiling/tile_id.h"
+
+namespace terrane {
+
+/// What the user said of the inputs. Strings are empty, options absent, where nothing was said.
+struct SourceOptions {
+  std::vector<std::string> inputs;  ///< files, folders, globs, or @list files; later ones lie on top
+  std::string crs;                  ///< --crs: the dataset's, anything PROJ understands
+  std::string sourceCrs;            ///< --source-crs: of inputs without one or with a wrong one
+  std::optional<double> noData;     ///< --nodata: overrides what the files say
+  bool lossless = false;            ///< --lossless
+  std::optional<double> maxErrorMeters;  ///< --max-error
+};
+
+/// Everything decided before the first sample is read: the dataset's lattice, what becomes of each input,
+/// and the height step.
+struct SourcePlan {
+  std::string crsWkt;
+  std::string crsName;
+  Frame frame;
+  int64_t extentCols = 0;  ///< samples of the finest level, from the origin
+  int64_t extentRows = 0;
+  double heightStep = 1.0;
+  double heightOffset = 0.0;
+  double maxErrorMeters = 0.0;  ///< 0: lossless
+  std::string verticalDatum;
+  std::vector<InputRecord> inputs;
+};
+
+/// Reads samples of one source for one thread.
+class SourceReader {
+ public:
+  virtual ~SourceReader() = default;
+  /// The samples that inputs *native to id.level* have in a tile: `heights` in metres (NaN: none), row by
+  /// row from the north-west, and `ranks`, 1 + the position in SourcePlan::inputs of the one on top (0:
+  /// none). Returns whether there is any sample.
+  virtual Result<bool> readTile(TileId id, std::span<float> heights, std::span<uint16_t> ranks) = 0;
+};
+
+/// The inputs of a build, laid on one lattice (mosaic, warp, units, nodata done).
+class Source {
+ public:
+  virtual ~Source() = default;
+  virtual const SourcePlan& plan() const = 0;
+  /// Levels that some input is native to, ascending; the last is plan().frame.finestLevel.
+  virtual std::vector<int> nativeLevels() const = 0;
+  /// May an input native to id.level have samples in the tile? Cheap, from rectangles; may say yes too often.
+  virtual bool mayTouch(TileId id) const = 0;
+  /// A reader for one thread; readers work side by side.
+  virtual Result<std::unique_ptr<SourceReader>> openReader() const = 0;
+};
+
+/// Opens, checks and plans the inputs. Errors name the file and the remedy.
+Result<std::unique_ptr<Source>> openSource(const SourceOptions& options, Progress& progress);
+
+}  // namespace terrane

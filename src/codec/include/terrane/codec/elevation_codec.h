@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "terrane/base/result.h"
+#include "terrane/codec/tile.h"
+
+/// Elevation payloads, version 1 (docs/format/elevation-v1.md): bytes <-> samples, as pure functions. The
+/// same bytes give the same heights, bit for bit, on every machine.
+namespace terrane {
+
+/// What a tile's samples are before its own bytes are read: the parent's samples of that quadrant on every
+/// second place, and between them the mean of their hypotenuse's ends. An interpolated quad-centre is ground
+/// where its four corners are, an interpolated edge-centre where its two ends are; the cells inherit the
+/// parent's coverage. Cost: one pass over the tile.
+TileSamples interpolateSamples(const TileSamples& parent, int quadrant);
+
+/// The whole child tile that a parent's summary says to be Interpolated or Void. Its nodes have error code 0
+/// and the summary's range; edge-centres on its border may have larger codes in the neighbour that is stored.
+Tile interpolateTile(const Tile& parent, int quadrant);
+
+/// Encodes a tile. `parent` is null for the root only. Precondition: samples that the parent holds are equal
+/// in both, Interpolated and Void samples have the height that interpolateSamples() gives them, Coded ones
+/// lie on the scale's step.
+std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int quadrant, const ElevationScale& scale);
+
+/// Decodes a tile. `parent` is null for the root only. Errors: any input that encodeTile() cannot have made,
+/// with the byte where it went wrong; never reads beyond `payload`, allocates a tile's size at most.
+Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* parent, int quadrant, const ElevationScale& scale);
+
+}  // namespace terrane

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "terrane/base/result.h"
+#include "terrane/codec/elevation_codec.h"
+#include "terrane/dataset/manifest.h"
+
+namespace terrane {
+
+/// A dataset directory on disk, open for reading. Const calls may come from any thread.
+class Dataset {
+ public:
+  /// Opens `name.terrane`; errors name the file and say what to do.
+  static Result<Dataset> open(const std::string& directory);
+  ~Dataset();
+  Dataset(Dataset&&) noexcept;
+  Dataset& operator=(Dataset&&) noexcept;
+
+  const Manifest& manifest() const;
+  const std::string& directory() const;
+
+  /// The stored bytes of an elevation tile, or nothing where none is stored.
+  Result<std::optional<std::vector<uint8_t>>> readElevation(TileId id) const;
+  /// All stored elevation tiles, in the archive's order.
+  std::vector<TileId> elevationTiles() const;
+  /// Bytes that readElevation() has returned so far.
+  uint64_t bytesRead() const;
+
+ private:
+  struct State;
+  explicit Dataset(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace terrane
