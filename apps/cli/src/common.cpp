@@ -1,0 +1,202 @@
+#include "common.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <mutex>
+
+#include "terrane/base/format_number.h"
+
+namespace terrane::cli {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// One stage of the work as the user sees it.
+struct Stage {
+  std::string name;
+  std::string unit;
+  int64_t total = 0;
+  int64_t done = 0;
+  Clock::time_point begin;
+  bool running = false;
+};
+
+class NoProgress final : public CommandProgress {
+ public:
+  void beginStage(std::string_view, int64_t, std::string_view) override {}
+  void advance(int64_t) override {}
+  void warn(const std::string& message) override {
+    std::fprintf(stderr, "terrane: warning: %s\n", message.c_str());
+  }
+  void finish() override {}
+};
+
+/// Shared by the kinds that follow stages: counts, and hands over to begin(), update() and end().
+class StageProgress : public CommandProgress {
+ public:
+  void beginStage(std::string_view name, int64_t total, std::string_view unit) final {
+    const std::lock_guard lock(mutex_);
+    endStage();
+    stage_ = {std::string(name), std::string(unit), total, 0, Clock::now(), true};
+    shown_ = Clock::now();
+    begin(stage_);
+  }
+  void advance(int64_t steps) final {
+    const std::lock_guard lock(mutex_);
+    stage_.done += steps;
+    if (!stage_.running || secondsSince(shown_) < 0.1) return;
+    shown_ = Clock::now();
+    update(stage_);
+  }
+  void warn(const std::string& message) final {
+    const std::lock_guard lock(mutex_);
+    warning(message);
+  }
+  void finish() final {
+    const std::lock_guard lock(mutex_);
+    endStage();
+  }
+
+ protected:
+  virtual void begin(const Stage& stage) = 0;
+  virtual void update(const Stage& stage) = 0;
+  virtual void end(const Stage& stage) = 0;
+  virtual void warning(const std::string& message) = 0;
+
+ private:
+  void endStage() {
+    if (stage_.running) end(stage_);
+    stage_.running = false;
+  }
+  std::mutex mutex_;
+  Stage stage_;
+  Clock::time_point shown_ = Clock::now();
+};
+
+/// One line that is rewritten while a stage runs: share, rate, time left. Where standard error is not a
+/// terminal, one line when a stage ends.
+class TerminalProgress final : public StageProgress {
+ public:
+  explicit TerminalProgress(bool live) : live_(live) {}
+
+ protected:
+  void begin(const Stage& stage) override {
+    if (live_) update(stage);
+  }
+  void update(const Stage& stage) override {
+    if (!live_) return;
+    const double seconds = secondsSince(stage.begin);
+    const double share = stage.total > 0 ? std::min(1.0, double(stage.done) / double(stage.total)) : 0.0;
+    std::string line = fmt::format("{:<10} {:3.0f} %", stage.name, share * 100.0);
+    if (stage.done > 0 && seconds > 0.2) {
+      line += fmt::format("  {} {}/s", formatCount(std::llround(double(stage.done) / seconds)), stage.unit);
+      if (share > 0.0 && share < 1.0)
+        line += fmt::format("  {} left", formatDuration(seconds / share - seconds));
+    }
+    std::fprintf(stderr, "\r\033[K%s", line.c_str());
+    std::fflush(stderr);
+  }
+  void end(const Stage& stage) override {
+    const std::string line = fmt::format("{:<10} {} {} in {}", stage.name, formatCount(stage.done),
+                                         stage.unit, formatDuration(secondsSince(stage.begin)));
+    std::fprintf(stderr, "%s%s\n", live_ ? "\r\033[K" : "", line.c_str());
+  }
+  void warning(const std::string& message) override {
+    std::fprintf(stderr, "%sterrane: warning: %s\n", live_ ? "\r\033[K" : "", message.c_str());
+  }
+
+ private:
+  bool live_;
+};
+
+/// A JSON object for each stage when it ends, and for each warning.
+class JsonProgress final : public StageProgress {
+ protected:
+  void begin(const Stage&) override {}
+  void update(const Stage&) override {}
+  void end(const Stage& stage) override {
+    printJson({{"stage", stage.name},
+               {"steps", stage.done},
+               {"unit", stage.unit},
+               {"seconds", secondsSince(stage.begin)}});
+  }
+  void warning(const std::string& message) override { printJson({{"warning", message}}); }
+};
+
+std::atomic<bool> interrupted{false};
+
+extern "C" void onInterrupt(int signal) {
+  interrupted.store(true);
+  std::signal(signal, SIG_DFL);
+}
+
+}  // namespace
+
+void addOutputOptions(CLI::App& command, OutputOptions& options) {
+  command.add_flag("-q,--quiet", options.quiet, "Say nothing but errors");
+  command.add_flag("--json", options.json, "Print one JSON object a line instead of text");
+}
+
+std::unique_ptr<CommandProgress> makeProgress(const OutputOptions& options) {
+  if (options.json) return std::make_unique<JsonProgress>();
+  if (options.quiet) return std::make_unique<NoProgress>();
+  return std::make_unique<TerminalProgress>(isatty(STDERR_FILENO) == 1);
+}
+
+int fail(const Error& error, const OutputOptions& options) {
+  std::fprintf(stderr, "terrane: %s\n", error.message.c_str());
+  if (options.json) printJson({{"error", error.message}});
+  return kExitFailed;
+}
+
+void printJson(const nlohmann::json& object) {
+  // File names need not be UTF-8; JSON must be.
+  const std::string line = object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  std::printf("%s\n", line.c_str());
+  std::fflush(stdout);
+}
+
+Result<uint64_t> parseByteSize(const std::string& text) {
+  const auto wrong = [&] {
+    return makeError("'{}' is no size in bytes; write it like 500M, 2G or 1.5G", text);
+  };
+  char* rest = nullptr;
+  const double number = std::strtod(text.c_str(), &rest);
+  if (rest == text.c_str() || !std::isfinite(number) || number <= 0.0) return wrong();
+
+  // A unit letter, perhaps followed by "B" or "iB".
+  std::string unit(rest);
+  for (char& c : unit) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  double factor = 1.0;
+  if (!unit.empty() && unit != "B") {
+    const size_t power = std::string("KMGT").find(unit[0]);
+    const std::string tail = unit.substr(1);
+    if (power == std::string::npos || (!tail.empty() && tail != "B" && tail != "IB")) return wrong();
+    factor = std::pow(1024.0, static_cast<double>(power) + 1.0);
+  }
+  if (number * factor < 1.0 || number * factor > 1e18) return wrong();
+  return static_cast<uint64_t>(number * factor);
+}
+
+const std::atomic<bool>& interruptFlag() {
+  static const bool installed = [] {
+    std::signal(SIGINT, onInterrupt);
+    std::signal(SIGTERM, onInterrupt);
+    return true;
+  }();
+  static_cast<void>(installed);
+  return interrupted;
+}
+
+}  // namespace terrane::cli
