@@ -5,7 +5,9 @@
 
 namespace terrane {
 
-double Camera::tanHalfY() const { return std::tan(0.5 * fovyRadians); }
+double Camera::tanHalfY() const {
+  return std::tan(0.5 * fovyRadians);
+}
 
 glm::dvec3 Camera::viewFromLocal(glm::dvec3 pointLocal) const {
   const glm::dvec3 offset = pointLocal - eyeLocal;

@@ -14,7 +14,9 @@ bool hypotenuseFallsEastward(const Diamond& d, int32_t s) {
   return (((d.x - s) / (2 * s) + (d.y - s) / (2 * s)) & 1) == 0;
 }
 
-bool onHorizontalEdge(const Diamond& d, int32_t s) { return ((d.x / s) & 1) != 0; }
+bool onHorizontalEdge(const Diamond& d, int32_t s) {
+  return ((d.x / s) & 1) != 0;
+}
 
 }  // namespace
 
@@ -25,7 +27,8 @@ Diamond Lattice::diamondAt(LatticePoint p) const {
   const int32_t s = static_cast<int32_t>(bits & (~bits + 1));
   TERRANE_CHECK(s > 0 && s < side(), "({}, {}) is a corner of the world", p.x, p.y);
   const bool quadCenter = ((p.x / s) & 1) != 0 && ((p.y / s) & 1) != 0;
-  const int halvings = std::countr_zero(static_cast<uint32_t>(side())) - std::countr_zero(static_cast<uint32_t>(s));
+  const int halvings =
+      std::countr_zero(static_cast<uint32_t>(side())) - std::countr_zero(static_cast<uint32_t>(s));
   return {p.x, p.y, 2 * (halvings - 1) + (quadCenter ? 0 : 1)};
 }
 
@@ -43,8 +46,10 @@ UpToFour<LatticePoint> Lattice::apexes(const Diamond& d) const {
   const int32_t s = halfSize(d.level);
   std::array<LatticePoint, 2> both;
   if (d.isQuadCenter()) {
-    if (hypotenuseFallsEastward(d, s)) both = {{{d.x + s, d.y - s}, {d.x - s, d.y + s}}};
-    else both = {{{d.x - s, d.y - s}, {d.x + s, d.y + s}}};
+    if (hypotenuseFallsEastward(d, s))
+      both = {{{d.x + s, d.y - s}, {d.x - s, d.y + s}}};
+    else
+      both = {{{d.x - s, d.y - s}, {d.x + s, d.y + s}}};
   } else if (onHorizontalEdge(d, s)) {
     both = {{{d.x, d.y - s}, {d.x, d.y + s}}};
   } else {
@@ -101,10 +106,14 @@ TileId Lattice::tileOf(const Triangle& t, int tileLevel) const {
 
 LatticePoint rotateQuarters(LatticePoint p, int quarters) {
   switch (quarters & 3) {
-    case 0: return p;
-    case 1: return {-p.y, p.x};
-    case 2: return {-p.x, -p.y};
-    default: return {p.y, -p.x};
+    case 0:
+      return p;
+    case 1:
+      return {-p.y, p.x};
+    case 2:
+      return {-p.x, -p.y};
+    default:
+      return {p.y, -p.x};
   }
 }
 

@@ -4,16 +4,30 @@
 
 namespace terrane {
 
-int nodeIndex(int nodeLevel, int x, int y, bool isRoot) {
+namespace {
+
+/// The place of a diamond among a tile's diamonds of its level: quad-centres row by row; edge-centres first
+/// those on horizontal edges, then those on vertical ones.
+int indexInLevel(int nodeLevel, int x, int y) {
   const int side = nodeGridSide(nodeLevel);
   const int s = nodeHalfSize(nodeLevel);
-  const int offset = nodeOffset(nodeLevel, isRoot);
   const int col = x / (2 * s);
   const int row = y / (2 * s);
-  if (nodeLevel % 2 == 0) return offset + row * side + col;
+  if (nodeLevel % 2 == 0) return row * side + col;
   const bool onHorizontalEdge = (x / s) % 2 != 0;
-  if (onHorizontalEdge) return offset + row * side + col;
-  return offset + side * (side + 1) + row * (side + 1) + col;
+  return onHorizontalEdge ? row * side + col : side * (side + 1) + row * (side + 1) + col;
+}
+
+}  // namespace
+
+int nodeIndex(int nodeLevel, int x, int y, bool isRoot) {
+  return nodeOffset(nodeLevel, isRoot) + indexInLevel(nodeLevel, x, y);
+}
+
+int largeNodeIndex(int k, int nodeLevel, int x, int y, bool isRoot) {
+  int offset = largeNodeOffset(k, isRoot);
+  for (int level = firstLargeNodeLevel(k, isRoot); level < nodeLevel; ++level) offset += nodeCount(level);
+  return offset + indexInLevel(nodeLevel, x, y);
 }
 
 NodePlace nodePlace(int index, bool isRoot) {

@@ -4,6 +4,8 @@
 
 namespace terrane {
 
-std::string toString(TileId id) { return fmt::format("{}/{}/{}", id.level, id.col, id.row); }
+std::string toString(TileId id) {
+  return fmt::format("{}/{}/{}", id.level, id.col, id.row);
+}
 
 }  // namespace terrane

@@ -34,8 +34,12 @@ TEST(Camera, LooksStraightDownWithNorthOnTop) {
 }
 
 TEST(Frame, ConvertsBothWays) {
-  const Frame frame{.originEasting = 500000, .originNorthing = 4200000, .spacingX = 30, .spacingY = 30.1,
-                    .metersPerUnit = 0.3048, .finestLevel = 3};
+  const Frame frame{.originEasting = 500000,
+                    .originNorthing = 4200000,
+                    .spacingX = 30,
+                    .spacingY = 30.1,
+                    .metersPerUnit = 0.3048,
+                    .finestLevel = 3};
   const glm::dvec3 crs(501234.5, 4198765.25, 812.0);
   const glm::dvec3 back = frame.crsFromLocal(frame.localFromCrs(crs));
   EXPECT_NEAR(back.x, crs.x, 1e-6);

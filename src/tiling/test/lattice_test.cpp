@@ -32,7 +32,9 @@ std::vector<Corners> rootCorners(int32_t side) {
 }
 
 using PointPair = std::pair<LatticePoint, LatticePoint>;
-PointPair sorted(LatticePoint a, LatticePoint b) { return a < b ? PointPair{a, b} : PointPair{b, a}; }
+PointPair sorted(LatticePoint a, LatticePoint b) {
+  return a < b ? PointPair{a, b} : PointPair{b, a};
+}
 
 /// World of 4 cells (a fraction of a tile) is enough to see every kind of diamond; the arithmetic does not
 /// know tiles, so the brute force runs on the coarse end of depth 0 down to single cells.
@@ -186,14 +188,16 @@ TEST(PatchGrid, EveryPatchFindsItsVerticesInItsTileAndNotInTheParent) {
         const PatchPlacement place = placePatch(lattice, grid, t);
         const TileId tile = lattice.tileOf(t, tileLevel);
         const int32_t spacing = 1 << (lattice.depth() - tileLevel);
-        const PatchTemplate made = level % 2 == 0 ? makeRightAngleTemplate(grid) : makeHypotenuseTemplate(grid);
+        const PatchTemplate made =
+            level % 2 == 0 ? makeRightAngleTemplate(grid) : makeHypotenuseTemplate(grid);
         bool parentWouldDo = true;
         for (const LatticePoint v : made.vertices) {
           const LatticePoint r = rotateQuarters(v, place.rotation);
           const int32_t x = place.origin.x + place.unit * r.x, y = place.origin.y + place.unit * r.y;
           ASSERT_EQ(x % spacing, 0);
           ASSERT_EQ(y % spacing, 0);
-          const int32_t texelX = x / spacing - tile.col * kTileCells, texelY = y / spacing - tile.row * kTileCells;
+          const int32_t texelX = x / spacing - tile.col * kTileCells,
+                        texelY = y / spacing - tile.row * kTileCells;
           ASSERT_TRUE(texelX >= 0 && texelX <= kTileCells && texelY >= 0 && texelY <= kTileCells);
           parentWouldDo &= texelX % 2 == 0 && texelY % 2 == 0;
         }

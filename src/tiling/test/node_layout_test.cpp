@@ -10,6 +10,8 @@ namespace {
 TEST(NodeLayout, CountsAsTheFormatSays) {
   EXPECT_EQ(tileNodeCount(false), 400);
   EXPECT_EQ(tileNodeCount(true), 541);
+  EXPECT_EQ(tileLargeNodeCount(false), 140);
+  EXPECT_EQ(tileLargeNodeCount(true), 187);
 }
 
 TEST(NodeLayout, IndexAndPlaceAreInverseAndMatchTheLattice) {
@@ -20,6 +22,20 @@ TEST(NodeLayout, IndexAndPlaceAreInverseAndMatchTheLattice) {
       const Diamond d = Lattice(0).diamondAt({place.x, place.y});
       EXPECT_EQ(d.level, place.nodeLevel);
     }
+  }
+}
+
+TEST(NodeLayout, LargerPatchesHaveEachTheirPlace) {
+  for (const bool isRoot : {false, true}) {
+    std::set<int> seen;
+    for (int k = 5; k <= 7; ++k)
+      for (int level = firstLargeNodeLevel(k, isRoot); level <= lastLargeNodeLevel(k); ++level)
+        for (int y = 0; y <= kTileCells; y += nodeHalfSize(level))
+          for (int x = 0; x <= kTileCells; x += nodeHalfSize(level))
+            if ((x % kTileCells || y % kTileCells) && Lattice(0).diamondAt({x, y}).level == level)
+              EXPECT_TRUE(seen.insert(largeNodeIndex(k, level, x, y, isRoot)).second);
+    EXPECT_EQ(static_cast<int>(seen.size()), tileLargeNodeCount(isRoot));
+    EXPECT_EQ(*seen.rbegin(), tileLargeNodeCount(isRoot) - 1);
   }
 }
 

@@ -13,8 +13,8 @@ namespace terrane {
 
 /// A contract of the program itself, never of its input. Stays on in every build; the message prints the
 /// operands: `TERRANE_CHECK(level <= kMaxLevel, "level {}", level);`
-#define TERRANE_CHECK(condition, ...)                                                        \
-  do {                                                                                       \
-    if (!(condition)) [[unlikely]]                                                           \
-      ::terrane::failCheck(#condition, __FILE__, __LINE__, ::fmt::format("" __VA_ARGS__));   \
+#define TERRANE_CHECK(condition, ...)                                                      \
+  do {                                                                                     \
+    if (!(condition)) [[unlikely]]                                                         \
+      ::terrane::failCheck(#condition, __FILE__, __LINE__, ::fmt::format("" __VA_ARGS__)); \
   } while (false)

@@ -78,11 +78,11 @@ class [[nodiscard]] Result<void> {
 using Status = Result<void>;
 
 /// Leaves the calling function with the error, if there is one.
-#define TERRANE_TRY(expression)                                    \
-  do {                                                             \
+#define TERRANE_TRY(expression)                                     \
+  do {                                                              \
     if (auto terraneStatus_ = (expression); !terraneStatus_.ok()) { \
-      return terraneStatus_.error();                               \
-    }                                                              \
+      return terraneStatus_.error();                                \
+    }                                                               \
   } while (false)
 
 #define TERRANE_CONCAT_INNER_(a, b) a##b

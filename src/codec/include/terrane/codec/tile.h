@@ -45,8 +45,12 @@ struct TileSamples {
 /// saturated: a node's code is at least one above each child's, over tile borders too. `low` and `high`: no
 /// sample of the source on or under the node's diamond *and its descendants' diamonds* lies outside; nested
 /// likewise. low > high (65535, 0): nothing but void.
+///
+/// `largeError`: the error codes of patches with K = 33, 65, 129 (largeNodeIndex()), each K strictly saturated
+/// by itself.
 struct TileNodes {
   std::vector<uint8_t> error;
+  std::vector<uint8_t> largeError;
   std::vector<uint16_t> low;
   std::vector<uint16_t> high;
 };

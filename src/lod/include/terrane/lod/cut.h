@@ -10,9 +10,9 @@ namespace terrane {
 
 /// One K-patch to draw.
 struct Patch {
-  Triangle triangle;    ///< in cells of the cut's lattice depth
-  TileId tile;          ///< whose samples are its vertices' heights
-  TileId shadingTile;   ///< the same or a descendant that holds the whole patch: normals and coverage
+  Triangle triangle;         ///< in cells of the cut's lattice depth
+  TileId tile;               ///< whose samples are its vertices' heights
+  TileId shadingTile;        ///< the same or a descendant that holds the whole patch: normals and coverage
   float errorPixels = 0.0F;  ///< bound of the geometric error on screen
 };
 

@@ -9,9 +9,9 @@ namespace terrane {
 /// how wide it sees, and the picture's size in pixels. A plain value.
 struct Camera {
   glm::dvec3 eyeLocal{0.0};
-  glm::dvec3 right{1.0, 0.0, 0.0};    ///< unit, towards the picture's right
-  glm::dvec3 up{0.0, 0.0, 1.0};       ///< unit, towards the picture's top
-  glm::dvec3 forward{0.0, 1.0, 0.0};  ///< unit, into the picture
+  glm::dvec3 right{1.0, 0.0, 0.0};          ///< unit, towards the picture's right
+  glm::dvec3 up{0.0, 0.0, 1.0};             ///< unit, towards the picture's top
+  glm::dvec3 forward{0.0, 1.0, 0.0};        ///< unit, into the picture
   double fovyRadians = 0.7853981633974483;  ///< vertical field of view, in (0, pi)
   int width = 1280;
   int height = 720;

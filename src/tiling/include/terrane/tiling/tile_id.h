@@ -34,7 +34,8 @@ struct TileId {
   }
 
   bool valid() const {
-    return level >= 0 && level <= kMaxLevel && col >= 0 && row >= 0 && col < (1 << level) && row < (1 << level);
+    return level >= 0 && level <= kMaxLevel && col >= 0 && row >= 0 && col < (1 << level) &&
+           row < (1 << level);
   }
   bool isRoot() const { return level == 0; }
   /// Only for tiles other than the root.
@@ -44,7 +45,9 @@ struct TileId {
     return {ancestorLevel, col >> (level - ancestorLevel), row >> (level - ancestorLevel)};
   }
   /// Quadrant 0 north-west, 1 north-east, 2 south-west, 3 south-east.
-  TileId child(int quadrant) const { return {level + 1, 2 * col + (quadrant & 1), 2 * row + (quadrant >> 1)}; }
+  TileId child(int quadrant) const {
+    return {level + 1, 2 * col + (quadrant & 1), 2 * row + (quadrant >> 1)};
+  }
   /// Which quadrant of its parent this tile is.
   int quadrant() const { return (col & 1) | (row & 1) << 1; }
 };

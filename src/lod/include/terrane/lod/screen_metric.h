@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "terrane/lod/octagon.h"
+#include "terrane/tiling/camera.h"
+#include "terrane/tiling/frame.h"
+
+namespace terrane {
+
+/// An upright prism over an octagon, as the metric sees it.
+struct Prism {
+  glm::dvec2 center{0.0};  ///< in cells of the metric's lattice, y south
+  Octagon octagon;         ///< in cells
+  double low = 0.0;        ///< metres
+  double high = 0.0;       ///< metres, at least `low`
+};
+
+/// How large errors inside a prism look from one camera: the bound that every choice of the `patches`
+/// surface stands on (docs/architecture.md, "The metric").
+///
+/// All results are monotone: for a prism inside another one, with a smaller error, no result is larger.
+class ScreenMetric {
+ public:
+  /// `cellMeters`: size of the lattice's cells along x and y. `toleranceWindow`: pixels by which the window
+  /// is widened (the tolerance tau). `nearMeters`: nothing closer than this is drawn.
+  ScreenMetric(const Camera& camera, glm::dvec2 cellMeters, double toleranceWindow, double nearMeters);
+
+  /// Is some of the prism inside the window's frustum? May say yes for prisms just outside.
+  bool visible(const Prism& prism) const;
+  /// Bound, in pixels, of the distance on screen between two points on one vertical inside the prism that
+  /// are at most `errorMeters` apart, where at least one is in the window. Infinite where the camera is
+  /// inside the prism. 0 where the prism is outside the window.
+  double errorPixels(const Prism& prism, double errorMeters) const;
+  /// Bound, in pixels, of the size on screen of a horizontal length inside the prism.
+  double lengthPixels(const Prism& prism, double lengthMeters) const;
+  /// Lower bound of the distance in metres from the camera to the prism.
+  double distance(const Prism& prism) const;
+
+ private:
+  struct Extent {
+    double nearestDepth;  ///< smallest view depth over the prism
+    double farthestDepth;
+  };
+  Extent depthExtent(const Prism& prism) const;
+  /// A lower bound of the view depth of what is visible of the prism.
+  double visibleDepth(const Prism& prism, double nearestDepth) const;
+
+  Camera camera_;
+  glm::dvec2 cellMeters_;
+  double nearMeters_;
+  double pixelsPerTangent_;
+  glm::dvec2 window_;    ///< half-size of the widened window in the tangent plane
+  double cornerCosine_;  ///< cosine of the angle between the axis and the widened window's corner
+  struct Plane {
+    glm::dvec2 horizontal;  ///< normal over lattice x, y (cells to metres included)
+    double vertical;
+    double offset;
+  };
+  std::array<Plane, 5> planes_;  ///< inside where positive
+};
+
+}  // namespace terrane

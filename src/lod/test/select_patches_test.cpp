@@ -1,0 +1,341 @@
+#include "terrane/lod/select_patches.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+
+#include "fake_world.h"
+#include "terrane/lod/octagon.h"
+#include "terrane/lod/screen_metric.h"
+
+namespace terrane {
+namespace {
+
+Camera randomCamera(std::mt19937& random, const FakeWorld& world) {
+  const double side = world.frame.spacingXMeters() * static_cast<double>(world.frame.worldCells());
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const glm::dvec3 eye(unit(random) * side, -unit(random) * side,
+                       50.0 + 3000.0 * unit(random) * unit(random));
+  const glm::dvec3 target(unit(random) * side, -unit(random) * side, 100.0);
+  return lookAt(eye, target, 0.4 + 1.2 * unit(random), 640, 360);
+}
+
+/// Root and a random set closed under parents.
+std::set<TileId> randomResidents(std::mt19937& random, int finestLevel, double chance) {
+  std::set<TileId> out;
+  for (const TileId id : FakeWorld::allTiles(finestLevel))
+    if (id.isRoot() ||
+        (out.count(id.parent()) && std::uniform_real_distribution<double>(0, 1)(random) < chance))
+      out.insert(id);
+  return out;
+}
+
+std::array<LatticePoint, 3> cornersOf(const Lattice& lattice, const Triangle& t) {
+  const auto ends = lattice.hypotenuse(t.diamond);
+  return {t.apex, ends[0], ends[1]};
+}
+
+/// Covers the whole world once and no corner of a triangle lies inside another's edge.
+void expectConforming(const Cut& cut) {
+  const Lattice lattice(cut.latticeDepth);
+  double area = 0.0;
+  std::set<LatticePoint> corners;
+  for (const Patch& patch : cut.patches) {
+    const double s = lattice.halfSize(patch.triangle.diamond.level);
+    area += patch.triangle.diamond.isQuadCenter() ? 2.0 * s * s : s * s;
+    for (const LatticePoint& p : cornersOf(lattice, patch.triangle)) corners.insert(p);
+  }
+  const double side = lattice.side();
+  ASSERT_EQ(area, side * side);
+  std::function<bool(LatticePoint, LatticePoint)> hasCornerInside = [&](LatticePoint a, LatticePoint b) {
+    if ((a.x + b.x) % 2 != 0 || (a.y + b.y) % 2 != 0) return false;
+    const LatticePoint middle{(a.x + b.x) / 2, (a.y + b.y) / 2};
+    if (middle == a || middle == b) return false;
+    // Corners inside an edge come with the edge's middle, since edges are only ever halved.
+    return corners.count(middle) != 0;
+  };
+  for (const Patch& patch : cut.patches) {
+    const auto c = cornersOf(lattice, patch.triangle);
+    for (size_t i = 0; i < 3; ++i)
+      ASSERT_FALSE(hasCornerInside(c[i], c[(i + 1) % 3]))
+          << "T-junction on an edge of the patch with apex " << c[0].x << ", " << c[0].y;
+  }
+}
+
+TEST(SelectPatches, ConformsWhateverIsResident) {
+  for (uint32_t seed = 0; seed < 12; ++seed) {
+    std::mt19937 random(seed);
+    const FakeWorld world(2, seed);
+    for (int k = 2; k <= 7; ++k) {
+      FakeResidents residents(world, randomResidents(random, 2, 0.1 + 0.2 * (seed % 5)));
+      PatchSelection selection;
+      selection.grid.k = k;
+      selection.cull = false;
+      selection.tolerancePixels = std::exp2(static_cast<double>(random() % 6) - 2.0);
+      const Cut cut =
+          selectPatches(selection, world.frame, world.scale, randomCamera(random, world), residents);
+      expectConforming(cut);
+      for (const Patch& patch : cut.patches) {
+        EXPECT_NE(residents.find(patch.tile), nullptr);
+        EXPECT_NE(residents.find(patch.shadingTile), nullptr);
+      }
+      for (const TileWish& w : cut.wishes) {
+        EXPECT_EQ(residents.find(w.tile), nullptr);
+        EXPECT_NE(residents.find(w.tile.parent()), nullptr);
+      }
+    }
+  }
+}
+
+/// The set of split diamonds of a cut: those strictly above its triangles.
+std::set<Diamond> splitDiamonds(const Cut& cut) {
+  const Lattice lattice(cut.latticeDepth);
+  std::set<Diamond> out;
+  std::vector<Diamond> todo;
+  for (const Patch& patch : cut.patches)
+    if (patch.triangle.diamond.level > 0)
+      todo.push_back({patch.triangle.apex.x, patch.triangle.apex.y, patch.triangle.diamond.level - 1});
+  while (!todo.empty()) {
+    const Diamond d = todo.back();
+    todo.pop_back();
+    if (!out.insert(d).second) continue;
+    for (const Diamond& p : lattice.parents(d)) todo.push_back(p);
+  }
+  return out;
+}
+
+/// A diamond's error code from the tiles on both of its sides.
+uint8_t errorCodeOf(const FakeWorld& world, const PatchGrid& grid, const Diamond& d) {
+  const Lattice lattice(world.finestLevel);
+  uint8_t code = 0;
+  for (const LatticePoint& apex : lattice.apexes(d)) {
+    const TileId id = lattice.tileOf({d, apex}, grid.tileLevel(d.level));
+    const int shift = lattice.depth() - id.level;
+    code = std::max(code, nodeErrorCode(grid, world.tiles.at(id).nodes, id.isRoot(),
+                                        {(d.x >> shift) - id.col * kTileCells,
+                                         (d.y >> shift) - id.row * kTileCells, d.level - 2 * id.level}));
+  }
+  return code;
+}
+
+/// The finest conforming cut by brute force: all diamonds that want to split and whose tiles are resident,
+/// then take away those with a parent that does not split, until nothing changes.
+std::set<Diamond> greatestCut(const FakeWorld& world, const FakeResidents& residents,
+                              const PatchSelection& selection, const Camera& camera) {
+  const Lattice lattice(world.finestLevel);
+  const int deepest = selection.grid.deepestLevel(world.finestLevel);
+  const NestedOctagons octagons(lattice, deepest);
+  const ScreenMetric metric(camera, {world.frame.spacingXMeters(), world.frame.spacingYMeters()},
+                            selection.tolerancePixels, selection.nearMeters);
+  std::set<Diamond> splits, level = {{lattice.side() / 2, lattice.side() / 2, 0}};
+  for (int n = 0; n < deepest; ++n) {
+    std::set<Diamond> next;
+    for (const Diamond& d : level) {
+      FakeWorld::Code code = world.codes.at(d);
+      code.error = errorCodeOf(world, selection.grid, d);
+      bool known = true;
+      for (const Triangle& t : lattice.trianglesAfterSplit(d))
+        known = known && residents.find(lattice.tileOf(t, selection.grid.tileLevel(n + 1))) != nullptr;
+      const double error = world.scale.errorFromCode(code.error);
+      const Prism prism{{d.x, d.y},
+                        octagons.nested(n),
+                        world.scale.heightFromRangeCode(code.low) - error,
+                        world.scale.heightFromRangeCode(code.high) + error};
+      bool wants = metric.errorPixels(prism, error) > selection.tolerancePixels;
+      const double spacing = world.frame.spacingYMeters() * std::ldexp(1.0, world.finestLevel - n / 2);
+      if (n / 2 < world.finestLevel) wants = wants || metric.lengthPixels(prism, spacing) > 1.5;
+      if (wants && known) splits.insert(d);
+      for (const Diamond& c : lattice.children(d)) next.insert(c);
+    }
+    level = next;
+  }
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (auto at = splits.begin(); at != splits.end();) {
+      bool supported = true;
+      for (const Diamond& p : lattice.parents(*at)) supported = supported && splits.count(p) != 0;
+      if (supported) {
+        ++at;
+      } else {
+        at = splits.erase(at);
+        changed = true;
+      }
+    }
+  }
+  return splits;
+}
+
+TEST(SelectPatches, IsTheFinestCutThatTheResidentTilesAllow) {
+  for (uint32_t seed = 0; seed < 10; ++seed) {
+    std::mt19937 random(100 + seed);
+    const FakeWorld world(2, seed);
+    for (const int k : {4, 5, 7}) {
+      FakeResidents residents(world, randomResidents(random, 2, 0.6));
+      PatchSelection selection;
+      selection.grid.k = k;
+      selection.cull = false;
+      selection.tolerancePixels = 2.0;
+      const Camera camera = randomCamera(random, world);
+      const Cut cut = selectPatches(selection, world.frame, world.scale, camera, residents);
+      EXPECT_EQ(splitDiamonds(cut), greatestCut(world, residents, selection, camera))
+          << "seed " << seed << " k " << k;
+    }
+  }
+}
+
+TEST(SelectPatches, LoadingTheWishesInAnyOrderLeadsToTheSameCut) {
+  for (uint32_t seed = 0; seed < 6; ++seed) {
+    std::mt19937 random(200 + seed);
+    const FakeWorld world(2, seed);
+    const Camera camera = randomCamera(random, world);
+    const PatchSelection selection;
+    std::set<TileId> all;
+    for (const auto& [id, tile] : world.tiles) all.insert(id);
+    FakeResidents everything(world, all);
+    const Cut goal = selectPatches(selection, world.frame, world.scale, camera, everything);
+    EXPECT_TRUE(goal.wishes.empty());
+
+    FakeResidents residents(world, {});
+    Cut cut = selectPatches(selection, world.frame, world.scale, camera, residents);
+    size_t triangles = 0;
+    for (int steps = 0; !cut.wishes.empty(); ++steps) {
+      ASSERT_LT(steps, 1000);
+      residents.ids().insert(cut.wishes[random() % cut.wishes.size()].tile);
+      cut = selectPatches(selection, world.frame, world.scale, camera, residents);
+      triangles = std::max(triangles, cut.patches.size());
+    }
+    ASSERT_EQ(cut.patches.size(), goal.patches.size());
+    for (size_t i = 0; i < cut.patches.size(); ++i) {
+      EXPECT_EQ(cut.patches[i].triangle, goal.patches[i].triangle);
+      EXPECT_EQ(cut.patches[i].shadingTile, goal.patches[i].shadingTile);
+    }
+  }
+}
+
+TEST(SelectPatches, WithEverythingResidentEveryPatchInViewKeepsTheTolerance) {
+  for (uint32_t seed = 0; seed < 10; ++seed) {
+    std::mt19937 random(300 + seed);
+    const FakeWorld world(2, seed);
+    std::set<TileId> all;
+    for (const auto& [id, tile] : world.tiles) all.insert(id);
+    const FakeResidents residents(world, all);
+    PatchSelection selection;
+    selection.grid.k = 3 + static_cast<int>(seed % 4);
+    selection.tolerancePixels = 3.0;
+    const Cut cut =
+        selectPatches(selection, world.frame, world.scale, randomCamera(random, world), residents);
+    for (const Patch& patch : cut.patches) {
+      if (patch.triangle.diamond.level < selection.grid.deepestLevel(2)) {
+        EXPECT_LE(patch.errorPixels, 3.0F);
+      }
+    }
+  }
+}
+
+TEST(SelectPatches, CullingOnlyLeavesOutWhatIsOutOfView) {
+  for (uint32_t seed = 0; seed < 10; ++seed) {
+    std::mt19937 random(400 + seed);
+    const FakeWorld world(2, seed);
+    std::set<TileId> all;
+    for (const auto& [id, tile] : world.tiles) all.insert(id);
+    const FakeResidents residents(world, all);
+    const Camera camera = randomCamera(random, world);
+    PatchSelection selection;
+    const Cut culled = selectPatches(selection, world.frame, world.scale, camera, residents);
+    const Lattice lattice(culled.latticeDepth);
+    // Points of the ground that are in the window lie under exactly one patch.
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const double side = lattice.side();
+    for (int i = 0; i < 2000; ++i) {
+      const glm::dvec2 cell(unit(random) * side, unit(random) * side);
+      // Heights that every node's range holds: none is sure, so take the middle of the finest node there.
+      const glm::dvec3 local(cell.x * world.frame.spacingXMeters(), -cell.y * world.frame.spacingYMeters(),
+                             world.scale.heightFromRangeCode(3500));
+      const glm::dvec3 view = camera.viewFromLocal(local);
+      const glm::dvec2 pixel = camera.pixelFromLocal(local);
+      if (view.z <= 1.0 || pixel.x < 0 || pixel.y < 0 || pixel.x > 640 || pixel.y > 360) continue;
+      int hits = 0;
+      bool rangeHolds = true;
+      for (const Patch& patch : culled.patches) {
+        const auto c = cornersOf(lattice, patch.triangle);
+        const auto cross = [&](size_t a, size_t b) {
+          return (c[b].x - c[a].x) * (cell.y - c[a].y) - (c[b].y - c[a].y) * (cell.x - c[a].x);
+        };
+        const double x = cross(0, 1), y = cross(1, 2), z = cross(2, 0);
+        if ((x > 0 && y > 0 && z > 0) || (x < 0 && y < 0 && z < 0)) ++hits;
+      }
+      // Where no patch is drawn the whole column of the finest node must be outside of the window.
+      if (hits == 0) {
+        const TileId id{2, static_cast<int>(cell.x) / kTileCells, static_cast<int>(cell.y) / kTileCells};
+        const auto at =
+            static_cast<size_t>(nodeIndex(8, static_cast<int>(cell.x) % kTileCells / 16 * 16 + 8,
+                                          static_cast<int>(cell.y) % kTileCells / 16 * 16 + 8, false));
+        const TileNodes& nodes = world.tiles.at(id).nodes;
+        rangeHolds = nodes.low[at] <= 3500 && nodes.high[at] >= 3500;
+      }
+      EXPECT_LE(hits, 1);
+      if (rangeHolds) {
+        EXPECT_EQ(hits, 1);
+      }
+    }
+  }
+}
+
+TEST(SelectPatches, TheMetricsThatOnlyShowAlsoConform) {
+  std::mt19937 random(5);
+  const FakeWorld world(1, 5);
+  std::set<TileId> all;
+  for (const auto& [id, tile] : world.tiles) all.insert(id);
+  const FakeResidents residents(world, all);
+  for (const SplitMetric metric : {SplitMetric::DistanceOnly, SplitMetric::ErrorOnly}) {
+    PatchSelection selection;
+    selection.metric = metric;
+    selection.cull = false;
+    selection.levelsBelowData = 2;
+    for (int i = 0; i < 20; ++i) {
+      const Cut cut =
+          selectPatches(selection, world.frame, world.scale, randomCamera(random, world), residents);
+      expectConforming(cut);
+      EXPECT_TRUE(cut.wishes.empty());
+    }
+  }
+}
+
+TEST(SelectPatches, WithoutTheRootThereIsOnlyAWish) {
+  const FakeWorld world(1, 1);
+  FakeResidents residents(world, {});
+  std::mt19937 random(1);
+  const Cut cut = selectPatches({}, world.frame, world.scale, randomCamera(random, world), residents);
+  EXPECT_TRUE(cut.patches.empty());
+  ASSERT_EQ(cut.wishes.size(), 1u);
+  EXPECT_EQ(cut.wishes[0].tile, TileId{});
+}
+
+TEST(NodeErrorCode, IsStrictlySaturatedForEveryK) {
+  const FakeWorld world(1, 9);
+  const Lattice lattice(1);
+  for (int k = PatchGrid::kSmallest; k <= PatchGrid::kLargest; ++k) {
+    const PatchGrid grid{k};
+    const int deepest = std::min(grid.deepestLevel(1), lattice.deepestLevel());
+    std::set<Diamond> level = {{lattice.side() / 2, lattice.side() / 2, 0}};
+    for (int n = 0; n < deepest; ++n) {
+      std::set<Diamond> next;
+      for (const Diamond& d : level) {
+        const int code = errorCodeOf(world, grid, d);
+        for (const Diamond& c : lattice.children(d)) {
+          const int child = errorCodeOf(world, grid, c);
+          if (child != 255) {
+            EXPECT_GT(code, child) << "k " << k << " level " << n;
+          }
+          next.insert(c);
+        }
+      }
+      level = next;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace terrane
