@@ -32,8 +32,9 @@ TEST(NodeLayout, LargerPatchesHaveEachTheirPlace) {
       for (int level = firstLargeNodeLevel(k, isRoot); level <= lastLargeNodeLevel(k); ++level)
         for (int y = 0; y <= kTileCells; y += nodeHalfSize(level))
           for (int x = 0; x <= kTileCells; x += nodeHalfSize(level))
-            if ((x % kTileCells || y % kTileCells) && Lattice(0).diamondAt({x, y}).level == level)
+            if ((x % kTileCells || y % kTileCells) && Lattice(0).diamondAt({x, y}).level == level) {
               EXPECT_TRUE(seen.insert(largeNodeIndex(k, level, x, y, isRoot)).second);
+            }
     EXPECT_EQ(static_cast<int>(seen.size()), tileLargeNodeCount(isRoot));
     EXPECT_EQ(*seen.rbegin(), tileLargeNodeCount(isRoot) - 1);
   }
