@@ -1,0 +1,107 @@
+#include <algorithm>
+
+#include "parent_samples.h"
+#include "sample_lattice.h"
+#include "terrane/base/check.h"
+#include "terrane/codec/elevation_codec.h"
+
+namespace terrane {
+namespace {
+
+/// The parent's cells of a quadrant, each as four.
+Coverage doubleCoverage(const Coverage& parent, int quadrant) {
+  Coverage child;
+  child.kind = parent.kind;
+  if (parent.kind != Coverage::Kind::Partial) return child;
+
+  child.bits.assign(Coverage::kBytes, 0);
+  constexpr int kRowBytes = kTileCells / 8;
+  const int firstCol = (quadrant & 1) * (kTileCells / 2);
+  const int firstRow = (quadrant >> 1) * (kTileCells / 2);
+  for (int row = 0; row < kTileCells; ++row) {
+    const size_t from = static_cast<size_t>((firstRow + row / 2) * kRowBytes + firstCol / 8);
+    const size_t to = static_cast<size_t>(row * kRowBytes);
+    for (size_t byte = 0; byte < kRowBytes; ++byte) {
+      // Four bits of the parent become the eight of this byte: spread them, then double each.
+      unsigned bits = parent.bits[from + byte / 2] >> (byte % 2 * 4) & 15U;
+      bits = (bits | bits << 2) & 0x33U;
+      bits = (bits | bits << 1) & 0x55U;
+      child.bits[to + byte] = static_cast<uint8_t>(bits | bits << 1);
+    }
+  }
+
+  // A quadrant may well be uniform although the parent is not.
+  const auto isByte = [](uint8_t value) { return [value](uint8_t byte) { return byte == value; }; };
+  if (std::all_of(child.bits.begin(), child.bits.end(), isByte(0))) {
+    child.kind = Coverage::Kind::None;
+  } else if (std::all_of(child.bits.begin(), child.bits.end(), isByte(255))) {
+    child.kind = Coverage::Kind::Full;
+  }
+  if (child.kind != Coverage::Kind::Partial) child.bits.clear();
+  return child;
+}
+
+}  // namespace
+
+void copyParentSamples(const TileSamples& parent, int quadrant, TileSamples& child) {
+  TERRANE_CHECK(quadrant >= 0 && quadrant < 4, "quadrant {}", quadrant);
+  TERRANE_CHECK(parent.heights.size() == kTileSampleCount && parent.states.size() == kTileSampleCount,
+                "{} heights, {} states", parent.heights.size(), parent.states.size());
+  child.heights.resize(kTileSampleCount);
+  child.states.resize(kTileSampleCount);
+
+  const int firstX = (quadrant & 1) * (kTileCells / 2);
+  const int firstY = (quadrant >> 1) * (kTileCells / 2);
+  for (int y = 0; y <= kTileCells / 2; ++y) {
+    const size_t from = static_cast<size_t>((firstY + y) * kTileSamples + firstX);
+    const size_t to = static_cast<size_t>(2 * y * kTileSamples);
+    for (size_t x = 0; x <= kTileCells / 2; ++x) {
+      child.heights[to + 2 * x] = parent.heights[from + x];
+      child.states[to + 2 * x] = parent.states[from + x];
+    }
+  }
+}
+
+TileSamples interpolateSamples(const TileSamples& parent, int quadrant) {
+  TileSamples child;
+  copyParentSamples(parent, quadrant, child);
+  child.coverage = doubleCoverage(parent.coverage, quadrant);
+
+  // note: the states' values make "ground" and Interpolated the same number.
+  static_assert(static_cast<int>(SampleState::Void) == 0 && static_cast<int>(SampleState::Interpolated) == 1);
+  float* heights = child.heights.data();
+  SampleState* states = child.states.data();
+  const auto isGround = [&](int index) { return states[index] != SampleState::Void ? 1U : 0U; };
+  visitQuadCenters(1, [&](int center, int endA, int endB, int apexA, int apexB) {
+    heights[center] = (heights[endA] + heights[endB]) * 0.5F;
+    const unsigned ground = isGround(endA) & isGround(endB) & isGround(apexA) & isGround(apexB);
+    states[center] = static_cast<SampleState>(ground);
+  });
+  visitEdgeCenters(1, [&](int center, int endA, int endB, int, int) {
+    heights[center] = (heights[endA] + heights[endB]) * 0.5F;
+    states[center] = static_cast<SampleState>(isGround(endA) & isGround(endB));
+  });
+  return child;
+}
+
+Tile interpolateTile(const Tile& parent, int quadrant) {
+  TERRANE_CHECK(quadrant >= 0 && quadrant < 4, "quadrant {}", quadrant);
+  const ChildSummary& summary = parent.children[static_cast<size_t>(quadrant)];
+  TERRANE_CHECK(summary.state != ChildState::Present, "quadrant {} has a stored tile", quadrant);
+
+  Tile tile;
+  tile.samples = interpolateSamples(parent.samples, quadrant);
+  if (summary.state == ChildState::Void) {
+    // note: the parent's border may be ground of the neighbour's; nothing in here is.
+    std::fill(tile.samples.states.begin(), tile.samples.states.end(), SampleState::Void);
+    tile.samples.coverage = Coverage{};
+  }
+  const size_t nodes = static_cast<size_t>(tileNodeCount(false));
+  tile.nodes.error.assign(nodes, 0);
+  tile.nodes.low.assign(nodes, summary.low);
+  tile.nodes.high.assign(nodes, summary.high);
+  tile.children.fill({summary.state, 0, summary.low, summary.high});
+  return tile;
+}
+
+}  // namespace terrane

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "terrane/codec/tile.h"
+
+namespace terrane {
+
+/// Sizes the child's samples and spreads the parent's samples of a quadrant to every second place; the
+/// others are left at 0 m, Void.
+void copyParentSamples(const TileSamples& parent, int quadrant, TileSamples& child);
+
+}  // namespace terrane
