@@ -32,32 +32,22 @@ Camera overviewCamera(const GroundBox& ground, double azimuthDegrees, double ele
   // note: straight down, lookAt() puts north at the top whatever the azimuth.
   Camera camera = lookAt(middle + towardsEye, middle, fovyRadians, width, height);
 
-  // Along the viewing direction every corner gives the least distance at which it is inside the picture; the
-  // eye also slides across so that the ground sits in the middle.
+  // A corner at r to the right and d deep is inside a wedge of slope t whose tip stands at a, D before the
+  // middle, when |r - a| <= t (d + D). All corners together give the least D, and the range of a.
+  const auto wedge = [&](const glm::dvec3& axis, double slope) {
+    double left = -1e300, right = 1e300;
+    for (const glm::dvec3& corner : cornersOf(ground)) {
+      const double r = glm::dot(corner - middle, axis), d = glm::dot(corner - middle, camera.forward);
+      left = std::max(left, r - slope * d);
+      right = std::min(right, r + slope * d);
+    }
+    return glm::dvec2(left, right);
+  };
   const double tanX = camera.tanHalfX() * kFill, tanY = camera.tanHalfY() * kFill;
-  glm::dvec3 aim = middle;
-  double distance = 1.0;
-  for (int pass = 0; pass < 8; ++pass) {
-    distance = 1e-6;
-    for (const glm::dvec3& corner : cornersOf(ground)) {
-      const glm::dvec3 offset = corner - aim;
-      const double depth = glm::dot(offset, camera.forward);
-      const double across = std::max(std::abs(glm::dot(offset, camera.right)) / tanX,
-                                     std::abs(glm::dot(offset, camera.up)) / tanY);
-      distance = std::max(distance, across - depth);
-    }
-    glm::dvec2 low(1e300), high(-1e300);
-    for (const glm::dvec3& corner : cornersOf(ground)) {
-      const glm::dvec3 offset = corner - aim;
-      const double depth = glm::dot(offset, camera.forward) + distance;
-      const glm::dvec2 tangent(glm::dot(offset, camera.right) / depth, glm::dot(offset, camera.up) / depth);
-      low = {std::min(low.x, tangent.x), std::min(low.y, tangent.y)};
-      high = {std::max(high.x, tangent.x), std::max(high.y, tangent.y)};
-    }
-    const glm::dvec2 shift = 0.5 * (low + high) * distance;
-    aim += camera.right * shift.x + camera.up * shift.y;
-  }
-  camera.eyeLocal = aim - camera.forward * distance;
+  const glm::dvec2 across = wedge(camera.right, tanX), along = wedge(camera.up, tanY);
+  const double distance = std::max((across.x - across.y) / (2.0 * tanX), (along.x - along.y) / (2.0 * tanY));
+  camera.eyeLocal = middle - camera.forward * distance + camera.right * (0.5 * (across.x + across.y)) +
+                    camera.up * (0.5 * (along.x + along.y));
   return camera;
 }
 
