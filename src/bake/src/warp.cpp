@@ -1,0 +1,161 @@
+#include "warp.h"
+
+#include <cpl_conv.h>
+#include <cpl_string.h>
+#include <gdal_alg.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "input_crs.h"
+
+namespace terrane {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+// Two steps of the kernel's reach beyond what a straight line between a window's ends leaves out.
+constexpr const char* kSourceExtra = "16";
+
+struct WarpOptionsDeleter {
+  void operator()(GDALWarpOptions* options) const { GDALDestroyWarpOptions(options); }
+};
+
+void* createTransformer(const InputRaster& raster, GDALDataset& dataset, const std::string& targetWkt) {
+  CPLStringList options;
+  options.SetNameValue("SRC_SRS", crsWkt(raster.crs).c_str());
+  options.SetNameValue("DST_SRS", targetWkt.c_str());
+  return GDALCreateGenImgProjTransformer2(GDALDataset::ToHandle(&dataset), nullptr, options.List());
+}
+
+// Four digits read well and cost nothing: the suggestion is a rule of thumb.
+double roundSpacing(double spacing) {
+  const double unit = std::pow(10.0, std::floor(std::log10(spacing)) - 3.0);
+  const double digits = std::round(spacing / unit);
+  return unit >= 1.0 ? digits * unit : digits / std::round(1.0 / unit);
+}
+
+}  // namespace
+
+Result<WarpPlan> planWarp(const InputRaster& raster, GDALDataset& dataset, const std::string& targetWkt) {
+  const GdalMessages messages;
+  const auto fail = [&] {
+    return makeError(
+        "{}: cannot be brought into the dataset's CRS ({}); check its CRS (--source-crs) and --crs",
+        raster.path, messages.reason("it lies beyond where that CRS is defined"));
+  };
+  const std::unique_ptr<void, void (*)(void*)> transformer(createTransformer(raster, dataset, targetWkt),
+                                                           &GDALDestroyGenImgProjTransformer);
+  if (!transformer) return fail();
+
+  // The spacing is GDAL's suggestion.
+  std::array<double, 6> g{};
+  std::array<double, 4> extent{};
+  int cols = 0;
+  int rows = 0;
+  if (GDALSuggestedWarpOutput2(GDALDataset::ToHandle(&dataset), GDALGenImgProjTransform, transformer.get(),
+                               g.data(), &cols, &rows, extent.data(), 0) != CE_None) {
+    return fail();
+  }
+  WarpPlan plan{extent[0], extent[2], extent[1], extent[3], std::abs(g[1])};
+  if (!std::isfinite(plan.spacing) || plan.spacing <= 0.0) return fail();
+  plan.spacing = roundSpacing(plan.spacing);
+
+  // The extent is looked at closer than GDAL does, so that no sample at a curved edge is lost.
+  constexpr int kSteps = 256;
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double part = static_cast<double>(i) / kSteps;
+    for (const double edge : {0.0, 1.0}) {
+      x.insert(x.end(), {part * raster.width, edge * raster.width});
+      y.insert(y.end(), {edge * raster.height, part * raster.height});
+    }
+  }
+  std::vector<double> z(x.size(), 0.0);
+  std::vector<int> good(x.size(), 0);
+  GDALGenImgProjTransform(transformer.get(), FALSE, static_cast<int>(x.size()), x.data(), y.data(), z.data(),
+                          good.data());
+  for (size_t i = 0; i < x.size(); ++i) {
+    if (!good[i] || !std::isfinite(x[i]) || !std::isfinite(y[i])) continue;
+    plan.west = std::min(plan.west, x[i]);
+    plan.east = std::max(plan.east, x[i]);
+    plan.south = std::min(plan.south, y[i]);
+    plan.north = std::max(plan.north, y[i]);
+  }
+  if (!std::isfinite(plan.east - plan.west) || !std::isfinite(plan.north - plan.south)) return fail();
+  return plan;
+}
+
+Result<std::unique_ptr<Warper>> Warper::open(const InputRaster& raster, GDALDataset& dataset,
+                                             const std::string& targetWkt,
+                                             const std::array<double, 6>& geoTransform) {
+  const GdalMessages messages;
+  std::unique_ptr<Warper> warper(new Warper(raster));
+  warper->transformer_ = createTransformer(raster, dataset, targetWkt);
+  if (warper->transformer_ == nullptr) {
+    return makeError("{}: cannot be brought into the dataset's CRS ({}); check --source-crs and --crs",
+                     raster.path, messages.reason("no transformation"));
+  }
+  GDALSetGenImgProjTransformerDstGeoTransform(warper->transformer_, geoTransform.data());
+
+  const std::unique_ptr<GDALWarpOptions, WarpOptionsDeleter> options(GDALCreateWarpOptions());
+  options->hSrcDS = GDALDataset::ToHandle(&dataset);
+  options->eResampleAlg = GRA_Cubic;
+  options->eWorkingDataType = GDT_Float32;
+  options->pfnTransformer = GDALGenImgProjTransform;
+  options->pTransformerArg = warper->transformer_;
+  options->nBandCount = 1;
+  options->panSrcBands = static_cast<int*>(CPLMalloc(sizeof(int)));
+  options->panDstBands = static_cast<int*>(CPLMalloc(sizeof(int)));
+  options->panSrcBands[0] = 1;
+  options->panDstBands[0] = 1;
+  options->nSrcAlphaBand = raster.alphaBand;
+
+  // Void: what was declared, else NaN where the type can hold one. The destination's keeps GDAL on the path
+  // with masks everywhere; the one without would round differently.
+  GDALWarpInitDstNoDataReal(options.get(), kNaN);
+  if (raster.noData) {
+    GDALWarpInitSrcNoDataReal(options.get(), *raster.noData);
+  } else if (!raster.integer && !raster.mask) {
+    GDALWarpInitSrcNoDataReal(options.get(), kNaN);
+  }
+
+  // note: left to itself GDAL derives the kernel's width from the window at hand.
+  char** list = nullptr;
+  list = CSLSetNameValue(list, "XSCALE", "1");
+  list = CSLSetNameValue(list, "YSCALE", "1");
+  list = CSLSetNameValue(list, "INIT_DEST", "NO_DATA");
+  list = CSLSetNameValue(list, "UNIFIED_SRC_NODATA", "YES");
+  list = CSLSetNameValue(list, "SOURCE_EXTRA", kSourceExtra);
+  options->papszWarpOptions = list;
+  if (warper->operation_.Initialize(options.get()) != CE_None) {
+    return makeError("{}: cannot be warped ({})", raster.path, messages.reason("GDAL refuses"));
+  }
+  return warper;
+}
+
+Warper::~Warper() {
+  if (transformer_ != nullptr) GDALDestroyGenImgProjTransformer(transformer_);
+}
+
+Status Warper::read(int col, int row, int cols, int rows, std::span<float> heights) {
+  TERRANE_CHECK(heights.size() == static_cast<size_t>(cols) * static_cast<size_t>(rows), "{} heights",
+                heights.size());
+  const GdalMessages messages;
+  std::fill(heights.begin(), heights.end(), kNaN);
+  if (operation_.WarpRegionToBuffer(col, row, cols, rows, heights.data(), GDT_Float32) != CE_None) {
+    return makeError(
+        "{}: cannot be warped at column {}, row {} of its level ({}); the file may be damaged or cut short",
+        raster_.path, col, row, messages.reason("read error"));
+  }
+  for (float& height : heights) {
+    height = raster_.isVoid(height) ? kNaN : static_cast<float>(raster_.metersFromRaw(height));
+  }
+  return {};
+}
+
+}  // namespace terrane

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <gdalwarper.h>
+
+#include <array>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "input_raster.h"
+#include "terrane/base/result.h"
+
+namespace terrane {
+
+/// Where an input comes to lie in another CRS, pixel edges included, in that CRS's units.
+struct WarpPlan {
+  double west = 0.0;
+  double east = 0.0;
+  double south = 0.0;
+  double north = 0.0;
+  double spacing = 1.0;  ///< square; GDAL's suggestion (as many pixels on the diagonal), four digits
+};
+
+/// Plans an input's way into `targetWkt`. Errors name the file: no transformation, or a place beyond the
+/// target's domain.
+Result<WarpPlan> planWarp(const InputRaster& raster, GDALDataset& dataset, const std::string& targetWkt);
+
+/// Warps one input onto a lattice, window by window: cubic, float32, exact transformer. Any two windows
+/// agree bit for bit where they overlap: the kernel has one fixed width, and always takes the same path.
+class Warper {
+ public:
+  /// `geoTransform` is the lattice's, of pixel edges around its samples, north up. The dataset must outlive
+  /// the warper; both belong to one thread.
+  static Result<std::unique_ptr<Warper>> open(const InputRaster& raster, GDALDataset& dataset,
+                                              const std::string& targetWkt,
+                                              const std::array<double, 6>& geoTransform);
+  ~Warper();
+  Warper(const Warper&) = delete;
+  Warper& operator=(const Warper&) = delete;
+
+  /// Heights in metres of a window of the lattice, row by row, NaN where the input has none.
+  Status read(int col, int row, int cols, int rows, std::span<float> heights);
+
+ private:
+  explicit Warper(const InputRaster& raster) : raster_(raster) {}
+  const InputRaster& raster_;
+  void* transformer_ = nullptr;
+  GDALWarpOperation operation_;
+};
+
+}  // namespace terrane
