@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "terrane/base/progress.h"
 #include "terrane/base/result.h"
 #include "terrane/codec/elevation_codec.h"
 #include "terrane/dataset/manifest.h"
@@ -15,7 +16,8 @@ namespace terrane {
 /// A dataset directory on disk, open for reading. Const calls may come from any thread.
 class Dataset {
  public:
-  /// Opens `name.terrane`; errors name the file and say what to do.
+  /// Opens `name.terrane`: checks the manifest, every archive's size, and the elevation archive's
+  /// directories; tiles are not read. Errors name the file and say what to do.
   static Result<Dataset> open(const std::string& directory);
   ~Dataset();
   Dataset(Dataset&&) noexcept;
@@ -36,5 +38,9 @@ class Dataset {
   explicit Dataset(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
+
+/// Reads every archive and compares its size and SHA-256 with the manifest's: any changed byte is an error
+/// that names the file. (The manifest's own hash was checked when it was opened.) Cost: all bytes once.
+Status checkArchives(const Dataset& dataset, Progress& progress);
 
 }  // namespace terrane

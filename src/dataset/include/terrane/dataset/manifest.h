@@ -57,7 +57,8 @@ struct Manifest {
   std::string buildOptions;     ///< the options that shaped the result, as on the command line
 };
 
-/// The manifest as JSON text, with "manifestSha256" over the text without that member.
+/// The manifest as JSON text, with "manifestSha256" over the whole text with that member's 64 digits taken as
+/// zeros: no byte of it can change unseen.
 std::string manifestToJson(const Manifest& manifest);
 
 /// Parses and checks a manifest: unknown versions, missing or absurd members and a wrong manifestSha256 are

@@ -14,10 +14,11 @@ namespace terrane {
 
 /// The PMTiles tile id: all tiles of the levels above, then the place on the level's Hilbert curve.
 uint64_t pmtilesId(TileId id);
+/// Only for the ids of levels up to kMaxLevel.
 TileId tileIdFromPmtiles(uint64_t pmtilesId);
 
-/// Writes a PMTiles v3 archive, clustered, tile type unknown, no compression of tiles. Tiles come in any
-/// order of calls... they are laid down in ascending pmtilesId; see add().
+/// Writes a PMTiles v3 archive, clustered, tile type unknown, no compression of tiles. Tiles are written as
+/// they come, in ascending pmtilesId; an archive that is not finished is removed again.
 class PmtilesWriter {
  public:
   /// Creates `path`, which must not exist; nothing is complete until finish().
@@ -26,7 +27,7 @@ class PmtilesWriter {
   PmtilesWriter(PmtilesWriter&&) noexcept;
   PmtilesWriter& operator=(PmtilesWriter&&) noexcept;
 
-  /// Appends a tile; ids must ascend. Identical neighbours are stored once (run lengths).
+  /// Appends a tile of at least one byte; ids must ascend. Identical neighbours are stored once (run lengths).
   Status add(TileId id, std::span<const uint8_t> bytes);
   /// Writes directories, `metadataJson` and header, syncs and closes.
   Status finish(const std::string& metadataJson);
@@ -37,16 +38,22 @@ class PmtilesWriter {
   std::unique_ptr<State> state_;
 };
 
-/// Reads a PMTiles v3 archive. Const calls may come from any thread.
+/// Reads a PMTiles v3 archive of the kind that PmtilesWriter makes (docs/format/dataset-v1.md). Const calls may
+/// come from any thread.
 class PmtilesReader {
  public:
+  /// Reads and checks the header and all directories, 24 bytes of memory an entry; whatever the file holds,
+  /// memory stays in proportion to its size.
   static Result<PmtilesReader> open(const std::string& path);
   ~PmtilesReader();
   PmtilesReader(PmtilesReader&&) noexcept;
   PmtilesReader& operator=(PmtilesReader&&) noexcept;
 
+  /// A tile's bytes, or nothing where the archive has none.
   Result<std::optional<std::vector<uint8_t>>> read(TileId id) const;
+  /// All tiles, in the archive's order, and how many they are.
   std::vector<TileId> tiles() const;
+  uint64_t tileCount() const;
 
  private:
   struct State;

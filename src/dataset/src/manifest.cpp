@@ -1,0 +1,319 @@
+#include "terrane/dataset/manifest.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "manifest_seal.h"
+#include "terrane/dataset/hash.h"
+
+// docs/format/dataset-v1.md and manifest.schema.json specify every member that is written and read here.
+namespace terrane {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kSealMember = "\"manifestSha256\": \"";
+constexpr size_t kSealDigits = 64;
+constexpr const char* kFormat = "terrane-dataset";
+constexpr const char* kElevationCodec = "terrane-elevation";
+constexpr int kElevationCodecVersion = 1;
+/// Integers beyond it are not safe in every JSON reader.
+constexpr uint64_t kLargestInteger = uint64_t{1} << 53;
+
+bool isHexDigit(char c) {
+  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
+}
+
+bool isSha256(const std::string& text) {
+  return text.size() == kSealDigits && std::all_of(text.begin(), text.end(), isHexDigit);
+}
+
+/// A name that cannot lead out of the dataset's directory.
+bool isPlainFileName(const std::string& name) {
+  const auto isFine = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
+           c == '_' || c == '-';
+  };
+  return !name.empty() && name.size() <= 255 && name[0] != '.' &&
+         std::all_of(name.begin(), name.end(), isFine);
+}
+
+/// Takes members out of a JSON object and remembers the first that is not as it should be.
+class MemberReader {
+ public:
+  MemberReader(const Json& object, std::string path, std::optional<Error>& error)
+      : object_(object), path_(std::move(path)), error_(error) {
+    if (!object_.is_object()) fail("", "is not an object");
+  }
+
+  /// A member that is an object itself.
+  MemberReader object(const char* name) const { return {member(name), pathOf(name), error_}; }
+  /// A member that is an array, at most `limit` long.
+  const Json& array(const char* name, size_t limit) const {
+    const Json& value = member(name);
+    if (value.is_array() && value.size() <= limit) return value;
+    fail(name, fmt::format("is not an array of at most {}", limit));
+    return emptyArray();
+  }
+
+  void read(const char* name, std::string& out) const {
+    const Json& value = member(name);
+    if (!value.is_string()) return fail(name, "is not a text");
+    out = value.get<std::string>();
+  }
+  void read(const char* name, bool& out) const {
+    const Json& value = member(name);
+    if (!value.is_boolean()) return fail(name, "is not true or false");
+    out = value.get<bool>();
+  }
+  void read(const char* name, double& out, double least, double most) const {
+    const Json& value = member(name);
+    const double number = value.is_number() ? value.get<double>() : NAN;
+    if (!(number >= least && number <= most)) {
+      return fail(name, fmt::format("is not a number from {} to {}", least, most));
+    }
+    out = number;
+  }
+  template <class Integer>
+  void readInteger(const char* name, Integer& out, uint64_t least, uint64_t most) const {
+    const Json& value = member(name);
+    const bool isThere =
+        value.is_number_unsigned() && value.get<uint64_t>() >= least && value.get<uint64_t>() <= most;
+    if (!isThere) return fail(name, fmt::format("is not a whole number from {} to {}", least, most));
+    out = static_cast<Integer>(value.get<uint64_t>());
+  }
+  void readSha256(const char* name, std::string& out) const {
+    read(name, out);
+    if (!isSha256(out)) fail(name, "is not a SHA-256 in 64 lower-case hexadecimal digits");
+  }
+  void fail(const char* name, const std::string& what) const {
+    if (!error_) error_ = makeError("\"{}\" {}", pathOf(name), what);
+  }
+
+ private:
+  std::string pathOf(const char* name) const {
+    if (path_.empty() || *name == '\0') return path_ + name;
+    return path_ + "." + name;
+  }
+  const Json& member(const char* name) const {
+    static const Json kNothing;
+    const auto found = object_.is_object() ? object_.find(name) : object_.end();
+    if (object_.is_object() && found != object_.end()) return *found;
+    if (object_.is_object()) fail(name, "is missing");
+    return kNothing;
+  }
+  static const Json& emptyArray() {
+    static const Json kEmpty = Json::array();
+    return kEmpty;
+  }
+
+  const Json& object_;
+  std::string path_;
+  std::optional<Error>& error_;
+};
+
+Json inputToJson(const InputRecord& input) {
+  return {{"name", input.name},
+          {"bytes", input.bytes},
+          {"sha256", input.sha256},
+          {"width", input.width},
+          {"height", input.height},
+          {"dataType", input.dataType},
+          {"crs", input.sourceCrs},
+          {"warped", input.warped},
+          {"resampling", input.resampling},
+          {"nativeLevel", input.nativeLevel},
+          {"noData", input.noData}};
+}
+
+void readInputs(const MemberReader& members, std::vector<InputRecord>& inputs, std::optional<Error>& error) {
+  for (const Json& entry : members.array("inputs", 10'000'000)) {
+    InputRecord& input = inputs.emplace_back();
+    const MemberReader record(entry, fmt::format("inputs[{}]", inputs.size() - 1), error);
+    record.read("name", input.name);
+    record.readInteger("bytes", input.bytes, 0, kLargestInteger);
+    record.readSha256("sha256", input.sha256);
+    record.readInteger("width", input.width, 1, INT32_MAX);
+    record.readInteger("height", input.height, 1, INT32_MAX);
+    record.read("dataType", input.dataType);
+    record.read("crs", input.sourceCrs);
+    record.read("warped", input.warped);
+    record.read("resampling", input.resampling);
+    record.readInteger("nativeLevel", input.nativeLevel, 0, kMaxLevel);
+    record.read("noData", input.noData);
+    if (error) return;
+  }
+}
+
+void readArchives(const MemberReader& members, std::vector<ArchiveRecord>& archives,
+                  std::optional<Error>& error) {
+  for (const Json& entry : members.array("archives", 1000)) {
+    ArchiveRecord& archive = archives.emplace_back();
+    const MemberReader record(entry, fmt::format("archives[{}]", archives.size() - 1), error);
+    record.read("name", archive.name);
+    if (!isPlainFileName(archive.name)) record.fail("name", "is not a plain file name");
+    record.readInteger("bytes", archive.bytes, 0, kLargestInteger);
+    record.readSha256("sha256", archive.sha256);
+    if (error) return;
+  }
+}
+
+void readFrame(const MemberReader& members, Manifest& manifest) {
+  Frame& frame = manifest.frame;
+  const MemberReader json = members.object("frame");
+  json.read("originEasting", frame.originEasting, -1e12, 1e12);
+  json.read("originNorthing", frame.originNorthing, -1e12, 1e12);
+  json.read("spacingX", frame.spacingX, 1e-9, 1e9);
+  json.read("spacingY", frame.spacingY, 1e-9, 1e9);
+  json.read("metersPerUnit", frame.metersPerUnit, 1e-9, 1e9);
+  json.readInteger("finestLevel", frame.finestLevel, 0, kMaxLevel);
+
+  const auto worldSamples = static_cast<uint64_t>(frame.worldCells() + 1);
+  const MemberReader extent = members.object("extent");
+  extent.readInteger("cols", manifest.extentCols, 1, worldSamples);
+  extent.readInteger("rows", manifest.extentRows, 1, worldSamples);
+}
+
+void readElevation(const MemberReader& members, Manifest& manifest) {
+  ElevationScale& scale = manifest.scale;
+  const MemberReader json = members.object("layers").object("elevation");
+  std::string codec;
+  int codecVersion = 0;
+  json.read("codec", codec);
+  if (codec != kElevationCodec) json.fail("codec", fmt::format("is not \"{}\"", kElevationCodec));
+  json.readInteger("codecVersion", codecVersion, 1, kElevationCodecVersion);
+  json.read("heightStep", scale.heightStep, 1e-9, 1e6);
+  json.read("heightOffset", scale.heightOffset, -1e9, 1e9);
+  json.read("errorUnit", scale.errorUnit, 1e-12, 1e9);
+  json.read("rangeBase", scale.rangeBase, -1e9, 1e9);
+  json.read("rangeUnit", scale.rangeUnit, 1e-12, 1e9);
+  json.read("minHeight", manifest.minHeight, -1e9, 1e9);
+  json.read("maxHeight", manifest.maxHeight, manifest.minHeight, 1e9);
+  json.read("maxErrorMeters", manifest.maxErrorMeters, 0.0, 1e9);
+  json.readInteger("tileCount", manifest.tileCount, 0, kLargestInteger);
+  json.read("coveredCells", manifest.coveredCells, 0.0, 1e18);
+}
+
+}  // namespace
+
+std::optional<size_t> findSeal(std::string_view text) {
+  // note: inside a JSON text a quotation mark is written \", so no value can look like this member.
+  const size_t found = text.find(kSealMember);
+  if (found == std::string_view::npos || text.find(kSealMember, found + 1) != std::string_view::npos)
+    return {};
+  const size_t digits = found + kSealMember.size();
+  if (text.size() < digits + kSealDigits + 1 || text[digits + kSealDigits] != '"') return {};
+  const std::string_view seal = text.substr(digits, kSealDigits);
+  if (!std::all_of(seal.begin(), seal.end(), isHexDigit)) return {};
+  return digits;
+}
+
+std::string sealOf(std::string text, size_t seal) {
+  text.replace(seal, kSealDigits, kSealDigits, '0');
+  return sha256(text);
+}
+
+std::string sealManifest(std::string text) {
+  if (const auto seal = findSeal(text)) text.replace(*seal, kSealDigits, sealOf(text, *seal));
+  return text;
+}
+
+std::string manifestToJson(const Manifest& manifest) {
+  const Frame& frame = manifest.frame;
+  const ElevationScale& scale = manifest.scale;
+  Json inputs = Json::array();
+  for (const InputRecord& input : manifest.inputs) inputs.push_back(inputToJson(input));
+  Json archives = Json::array();
+  for (const ArchiveRecord& archive : manifest.archives) {
+    archives.push_back({{"name", archive.name}, {"bytes", archive.bytes}, {"sha256", archive.sha256}});
+  }
+
+  const Json json = {
+      {"format", kFormat},
+      {"formatVersion", manifest.formatVersion},
+      {"name", manifest.name},
+      {"crs",
+       {{"name", manifest.crsName}, {"wkt", manifest.crsWkt}, {"verticalDatum", manifest.verticalDatum}}},
+      {"frame",
+       {{"originEasting", frame.originEasting},
+        {"originNorthing", frame.originNorthing},
+        {"spacingX", frame.spacingX},
+        {"spacingY", frame.spacingY},
+        {"metersPerUnit", frame.metersPerUnit},
+        {"finestLevel", frame.finestLevel}}},
+      {"extent", {{"cols", manifest.extentCols}, {"rows", manifest.extentRows}}},
+      {"layers",
+       {{"elevation",
+         {{"archive", "elevation.pmtiles"},
+          {"codec", kElevationCodec},
+          {"codecVersion", kElevationCodecVersion},
+          {"heightStep", scale.heightStep},
+          {"heightOffset", scale.heightOffset},
+          {"errorUnit", scale.errorUnit},
+          {"rangeBase", scale.rangeBase},
+          {"rangeUnit", scale.rangeUnit},
+          {"minHeight", manifest.minHeight},
+          {"maxHeight", manifest.maxHeight},
+          {"maxErrorMeters", manifest.maxErrorMeters},
+          {"tileCount", manifest.tileCount},
+          {"coveredCells", manifest.coveredCells}}}}},
+      {"attribution", manifest.attribution},
+      {"inputs", inputs},
+      {"builtBy", manifest.builtBy},
+      {"buildOptions", manifest.buildOptions},
+      {"archives", archives},
+      {"manifestSha256", std::string(kSealDigits, '0')},
+  };
+  // File names need not be UTF-8, JSON must be.
+  return sealManifest(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+Result<Manifest> manifestFromJson(const std::string& text, const std::string& where) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (json.is_discarded() || !json.is_object()) {
+    return makeError("{}: is not a JSON object; the file is damaged, or not a manifest", where);
+  }
+
+  // The version comes first: of another one, nothing else can be judged.
+  std::optional<Error> error;
+  Manifest manifest;
+  const MemberReader members(json, "", error);
+  std::string format;
+  members.read("format", format);
+  if (!error && format != kFormat) members.fail("format", fmt::format("is not \"{}\"", kFormat));
+  members.readInteger("formatVersion", manifest.formatVersion, 1, INT32_MAX);
+  if (error) return makeError("{}: {}; this is no manifest of a Terrane dataset", where, error->message);
+  if (manifest.formatVersion > Manifest::kFormatVersion) {
+    return makeError("{}: has format version {}, this program reads {}: update Terrane", where,
+                     manifest.formatVersion, Manifest::kFormatVersion);
+  }
+
+  // Then the seal: a changed byte is told as such, and not as whatever it led to.
+  const std::optional<size_t> seal = findSeal(text);
+  if (!seal) return makeError("{}: \"manifestSha256\" is missing or damaged; build the dataset again", where);
+  if (text.compare(*seal, kSealDigits, sealOf(text, *seal)) != 0) {
+    return makeError(
+        "{}: was changed after it was written (\"manifestSha256\" does not match); restore it, or build the "
+        "dataset "
+        "again",
+        where);
+  }
+
+  members.read("name", manifest.name);
+  const MemberReader crs = members.object("crs");
+  crs.read("name", manifest.crsName);
+  crs.read("wkt", manifest.crsWkt);
+  crs.read("verticalDatum", manifest.verticalDatum);
+  readFrame(members, manifest);
+  readElevation(members, manifest);
+  members.read("attribution", manifest.attribution);
+  readInputs(members, manifest.inputs, error);
+  members.read("builtBy", manifest.builtBy);
+  members.read("buildOptions", manifest.buildOptions);
+  readArchives(members, manifest.archives, error);
+  if (error) return makeError("{}: {}; build the dataset again", where, error->message);
+  return manifest;
+}
+
+}  // namespace terrane

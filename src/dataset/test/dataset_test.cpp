@@ -1,0 +1,117 @@
+#include "terrane/dataset/dataset.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "example_manifest.h"
+#include "temporary_directory.h"
+#include "terrane/dataset/hash.h"
+#include "terrane/dataset/pmtiles.h"
+
+namespace terrane {
+namespace {
+
+/// A dataset of three tiles whose payloads are nothing in particular.
+class DatasetTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto writer = PmtilesWriter::create(archive());
+    ASSERT_TRUE(writer.ok()) << writer.error().message;
+    ASSERT_TRUE(writer->add({0, 0, 0}, std::vector<uint8_t>{1, 2, 3}).ok());
+    ASSERT_TRUE(writer->add({1, 0, 0}, std::vector<uint8_t>{4, 5}).ok());
+    ASSERT_TRUE(writer->add({1, 1, 1}, std::vector<uint8_t>{6}).ok());
+    ASSERT_TRUE(writer->finish("{}").ok());
+    manifest_ = exampleManifest();
+    manifest_.tileCount = 3;
+    const std::string bytes = readWholeFile(archive());
+    manifest_.archives = {{"elevation.pmtiles", bytes.size(), sha256(bytes)}};
+    writeManifest();
+  }
+  void writeManifest() { writeWholeFile(directory_.file("manifest.json"), manifestToJson(manifest_)); }
+  std::string archive() const { return directory_.file("elevation.pmtiles"); }
+  std::string openError() const {
+    const auto dataset = Dataset::open(directory_.file(""));
+    return dataset.ok() ? "no error" : dataset.error().message;
+  }
+
+  TemporaryDirectory directory_;
+  Manifest manifest_;
+};
+
+TEST_F(DatasetTest, ReadsWhatIsThere) {
+  const auto dataset = Dataset::open(directory_.file(""));
+  ASSERT_TRUE(dataset.ok()) << dataset.error().message;
+  EXPECT_EQ(dataset->manifest().crsName, "WGS 84 / UTM zone 32N");
+  EXPECT_EQ(dataset->elevationTiles(), (std::vector<TileId>{{0, 0, 0}, {1, 0, 0}, {1, 1, 1}}));
+  EXPECT_EQ(dataset->bytesRead(), 0U);
+  EXPECT_EQ(dataset->readElevation({1, 0, 0}).value().value(), (std::vector<uint8_t>{4, 5}));
+  EXPECT_FALSE(dataset->readElevation({1, 1, 0}).value().has_value());
+  EXPECT_FALSE(dataset->readElevation({9, 1, 0}).value().has_value());
+  EXPECT_EQ(dataset->bytesRead(), 2U);
+  SilentProgress progress;
+  EXPECT_TRUE(checkArchives(*dataset, progress).ok());
+}
+
+TEST_F(DatasetTest, ManyThreadsReadAtOnce) {
+  const auto dataset = Dataset::open(directory_.file(""));
+  ASSERT_TRUE(dataset.ok());
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&] {
+      for (int i = 0; i < 500; ++i) EXPECT_EQ(dataset->readElevation({0, 0, 0}).value()->size(), 3U);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(dataset->bytesRead(), 4U * 500U * 3U);
+}
+
+TEST_F(DatasetTest, EveryChangedByteOfAnArchiveIsSeen) {
+  const std::string whole = readWholeFile(archive());
+  SilentProgress progress;
+  for (size_t i = 0; i < whole.size(); i += i < 300 || i > 16370 ? 1 : 211) {
+    std::string changed = whole;
+    changed[i] = static_cast<char>(changed[i] ^ 4);
+    writeWholeFile(archive(), changed);
+    const auto dataset = Dataset::open(directory_.file(""));
+    const Status status = dataset.ok() ? checkArchives(*dataset, progress) : Status(dataset.error());
+    ASSERT_FALSE(status.ok()) << i;
+    ASSERT_NE(status.error().message.find("elevation.pmtiles"), std::string::npos) << status.error().message;
+  }
+}
+
+TEST_F(DatasetTest, TruncatedArchivesAreSeenAtOpen) {
+  const std::string whole = readWholeFile(archive());
+  for (const size_t length : {size_t{0}, size_t{100}, whole.size() - 1}) {
+    writeWholeFile(archive(), whole.substr(0, length));
+    EXPECT_NE(openError().find("copy the dataset again"), std::string::npos) << openError();
+  }
+  writeWholeFile(archive(), whole + "x");
+  EXPECT_NE(openError().find("copy the dataset again"), std::string::npos) << openError();
+}
+
+TEST_F(DatasetTest, WhatIsMissingIsNamedWithARemedy) {
+  const auto nowhere = Dataset::open(directory_.file("nowhere.terrane"));
+  ASSERT_FALSE(nowhere.ok());
+  EXPECT_NE(nowhere.error().message.find("nowhere.terrane: does not exist"), std::string::npos);
+  const auto file = Dataset::open(archive());
+  ASSERT_FALSE(file.ok());
+  EXPECT_NE(file.error().message.find("is not a dataset directory"), std::string::npos);
+
+  manifest_.tileCount = 4;
+  writeManifest();
+  EXPECT_NE(openError().find("has 3 tiles, the manifest says 4"), std::string::npos) << openError();
+  manifest_.archives.clear();
+  writeManifest();
+  EXPECT_NE(openError().find("lists no elevation.pmtiles"), std::string::npos) << openError();
+  std::filesystem::remove(directory_.file("manifest.json"));
+  EXPECT_NE(openError().find("has no manifest.json"), std::string::npos) << openError();
+}
+
+TEST_F(DatasetTest, AMissingArchiveIsNamed) {
+  std::filesystem::remove(archive());
+  EXPECT_NE(openError().find("elevation.pmtiles: cannot open"), std::string::npos) << openError();
+}
+
+}  // namespace
+}  // namespace terrane

@@ -1,0 +1,108 @@
+#include "terrane/dataset/manifest.h"
+
+#include <gtest/gtest.h>
+
+#include "example_manifest.h"
+#include "manifest_seal.h"
+#include "terrane/dataset/hash.h"
+
+namespace terrane {
+namespace {
+
+std::string errorOf(const std::string& text) {
+  const auto result = manifestFromJson(text, "here/manifest.json");
+  if (result.ok()) return "no error";
+  EXPECT_EQ(result.error().message.rfind("here/manifest.json: ", 0), 0U) << result.error().message;
+  return result.error().message;
+}
+
+/// The example with one piece of its text exchanged, and sealed again as if it had been written so.
+std::string errorAfter(const std::string& from, const std::string& to) {
+  std::string text = manifestToJson(exampleManifest());
+  const size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  if (at != std::string::npos) text.replace(at, from.size(), to);
+  return errorOf(sealManifest(text));
+}
+
+TEST(Hash, AsPublished) {
+  EXPECT_EQ(sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(Manifest, ComesBackWhole) {
+  Manifest manifest = exampleManifest();
+  manifest.archives.push_back({"elevation.pmtiles", 123456789012, std::string(64, '7')});
+  const std::string text = manifestToJson(manifest);
+  const auto again = manifestFromJson(text, "m");
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  // The text has every member: if it comes back the same, all came back.
+  EXPECT_EQ(manifestToJson(*again), text);
+  EXPECT_EQ(again->scale.rangeUnit, 3986.0 / 65535.0);
+  EXPECT_EQ(again->frame.originEasting, 411234.5);
+  EXPECT_EQ(again->archives[0].bytes, 123456789012U);
+  EXPECT_EQ(again->inputs[0].noData, "-32767");
+  EXPECT_TRUE(again->inputs[0].warped);
+  EXPECT_EQ(again->crsWkt, manifest.crsWkt);
+}
+
+TEST(Manifest, EveryChangedByteIsSeen) {
+  const std::string text = manifestToJson(exampleManifest());
+  for (size_t i = 0; i < text.size(); ++i) {
+    for (const int flip : {1, 0x20, 0x80}) {
+      std::string changed = text;
+      changed[i] = static_cast<char>(changed[i] ^ flip);
+      ASSERT_NE(errorOf(changed), "no error") << i << " in " << changed.substr(i > 10 ? i - 10 : 0, 20);
+    }
+  }
+}
+
+TEST(Manifest, EveryTruncatedLengthAndEveryExtraByteIsSeen) {
+  const std::string text = manifestToJson(exampleManifest());
+  for (size_t length = 0; length < text.size(); ++length)
+    ASSERT_NE(errorOf(text.substr(0, length)), "no error");
+  EXPECT_NE(errorOf(text + "\n"), "no error");
+  EXPECT_NE(errorOf(" " + text), "no error");
+}
+
+TEST(Manifest, NewerVersionsAskForAnUpdate) {
+  EXPECT_NE(errorAfter("\"formatVersion\": 1", "\"formatVersion\": 2").find("update Terrane"),
+            std::string::npos);
+  // Whatever else such a version may have changed, its seal included.
+  EXPECT_NE(errorOf(R"({"format": "terrane-dataset", "formatVersion": 77})").find("update Terrane"),
+            std::string::npos);
+}
+
+TEST(Manifest, AbsurdMembersAreNamed) {
+  EXPECT_NE(errorOf("[]").find("not a JSON object"), std::string::npos);
+  EXPECT_NE(errorOf("{}").find("\"format\" is missing"), std::string::npos);
+  EXPECT_NE(errorAfter("terrane-dataset", "mbtiles").find("\"format\""), std::string::npos);
+  EXPECT_NE(errorAfter("\"finestLevel\": 3", "\"finestLevel\": 22").find("frame.finestLevel"),
+            std::string::npos);
+  EXPECT_NE(errorAfter("\"finestLevel\": 3", "\"finestLevel\": -1").find("frame.finestLevel"),
+            std::string::npos);
+  EXPECT_NE(errorAfter("\"spacingX\": 23.1", "\"spacingX\": 0").find("frame.spacingX"), std::string::npos);
+  EXPECT_NE(errorAfter("\"spacingX\": 23.1", "\"spacingX\": \"23\"").find("frame.spacingX"),
+            std::string::npos);
+  EXPECT_NE(errorAfter("\"cols\": 1201", "\"cols\": 3000").find("extent.cols"), std::string::npos);
+  EXPECT_NE(errorAfter("\"heightStep\": 0.1", "\"heightStep\": -0.1").find("layers.elevation.heightStep"),
+            std::string::npos);
+  EXPECT_NE(errorAfter("\"minHeight\": 187", "\"minHeight\": 9000").find("layers.elevation.maxHeight"),
+            std::string::npos);
+  EXPECT_NE(errorAfter("\"codecVersion\": 1", "\"codecVersion\": 9").find("codecVersion"), std::string::npos);
+  EXPECT_NE(errorAfter("\"warped\": true", "\"warped\": 1").find("inputs[0].warped"), std::string::npos);
+  EXPECT_NE(errorAfter("aaaaaaaa", "AAAAAAAA").find("inputs[0].sha256"), std::string::npos);
+  EXPECT_NE(errorAfter("\"attribution\"", "\"attributed\"").find("\"attribution\" is missing"),
+            std::string::npos);
+}
+
+TEST(Manifest, ArchivesCannotLeadOutOfTheDirectory) {
+  for (const char* name : {"../elevation.pmtiles", "/etc/passwd", "a/b", "", ".hidden", ".."}) {
+    Manifest manifest = exampleManifest();
+    manifest.archives.push_back({name, 1, std::string(64, '0')});
+    EXPECT_NE(errorOf(manifestToJson(manifest)).find("archives[0].name"), std::string::npos) << name;
+  }
+}
+
+}  // namespace
+}  // namespace terrane
