@@ -11,7 +11,7 @@ namespace terrane {
 namespace {
 
 /// Beyond it, zstd gains less than a per cent on these bytes.
-constexpr int kZstdLevel = 9;
+constexpr int kZstdLevel = 3;
 
 struct ContextDeleter {
   void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }

@@ -120,7 +120,8 @@ void unpackRanges(const std::vector<uint32_t>& lows, const std::vector<uint32_t>
 }
 
 void writeNodes(const TileNodes& nodes, ByteWriter& out) {
-  const std::vector<uint32_t> errors(nodes.error.begin(), nodes.error.end());
+  std::vector<uint32_t> errors(nodes.error.begin(), nodes.error.end());
+  errors.insert(errors.end(), nodes.largeError.begin(), nodes.largeError.end());
   std::vector<uint32_t> lows;
   std::vector<uint32_t> widths;
   packRanges(nodes, lows, widths);
@@ -129,21 +130,23 @@ void writeNodes(const TileNodes& nodes, ByteWriter& out) {
   out.column(widths);
 }
 
-Status readNodes(ByteReader& in, size_t count, TileNodes& nodes) {
+Status readNodes(ByteReader& in, size_t count, size_t largeCount, TileNodes& nodes) {
   const size_t start = in.offset();
-  std::vector<uint32_t> errors(count);
+  std::vector<uint32_t> errors(count + largeCount);
   std::vector<uint32_t> lows(count);
   std::vector<uint32_t> widths(count);
   TERRANE_TRY(in.column(errors));
   TERRANE_TRY(in.column(lows));
   TERRANE_TRY(in.column(widths));
-  for (size_t i = 0; i < count; ++i) {
-    if (errors[i] > 255 || lows[i] > 65535 || widths[i] > 65535) {
+  for (size_t i = 0; i < errors.size(); ++i) {
+    if (errors[i] > 255 || (i < count && (lows[i] > 65535 || widths[i] > 65535))) {
       return makeError("byte {}: node {} has a code out of range", start, i);
     }
   }
 
-  nodes.error.assign(errors.begin(), errors.end());
+  const auto large = errors.begin() + static_cast<std::ptrdiff_t>(count);
+  nodes.error.assign(errors.begin(), large);
+  nodes.largeError.assign(large, errors.end());
   nodes.low.resize(count);
   nodes.high.resize(count);
   unpackRanges(lows, widths, nodes);
@@ -274,6 +277,8 @@ void checkShapes(const Tile& tile, const TileSamples* parent, int quadrant) {
   TERRANE_CHECK(tile.samples.heights.size() == kTileSampleCount, "{}", tile.samples.heights.size());
   TERRANE_CHECK(tile.samples.states.size() == kTileSampleCount, "{}", tile.samples.states.size());
   TERRANE_CHECK(tile.nodes.error.size() == nodes, "{} of {}", tile.nodes.error.size(), nodes);
+  TERRANE_CHECK(tile.nodes.largeError.size() == static_cast<size_t>(tileLargeNodeCount(parent == nullptr)),
+                "{}", tile.nodes.largeError.size());
   TERRANE_CHECK(tile.nodes.low.size() == nodes, "{} of {}", tile.nodes.low.size(), nodes);
   TERRANE_CHECK(tile.nodes.high.size() == nodes, "{} of {}", tile.nodes.high.size(), nodes);
 }
@@ -485,7 +490,8 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
 
   Tile tile;
   TERRANE_TRY(readChildren(in, tile.children));
-  TERRANE_TRY(readNodes(in, static_cast<size_t>(tileNodeCount(isRoot)), tile.nodes));
+  TERRANE_TRY(readNodes(in, static_cast<size_t>(tileNodeCount(isRoot)),
+                        static_cast<size_t>(tileLargeNodeCount(isRoot)), tile.nodes));
 
   // What the tile has before its own samples: its parent's, or the world's four corners.
   const OwnCounts counts = ownCounts(isRoot);

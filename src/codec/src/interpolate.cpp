@@ -98,6 +98,7 @@ Tile interpolateTile(const Tile& parent, int quadrant) {
   }
   const size_t nodes = static_cast<size_t>(tileNodeCount(false));
   tile.nodes.error.assign(nodes, 0);
+  tile.nodes.largeError.assign(static_cast<size_t>(tileLargeNodeCount(false)), 0);
   tile.nodes.low.assign(nodes, summary.low);
   tile.nodes.high.assign(nodes, summary.high);
   tile.children.fill({summary.state, 0, summary.low, summary.high});

@@ -24,6 +24,7 @@ void expectSame(const Tile& a, const Tile& b, const std::string& what) {
   EXPECT_EQ(a.samples.coverage.kind, b.samples.coverage.kind) << what;
   EXPECT_TRUE(a.samples.coverage.bits == b.samples.coverage.bits) << what;
   EXPECT_TRUE(a.nodes.error == b.nodes.error) << what;
+  EXPECT_TRUE(a.nodes.largeError == b.nodes.largeError) << what;
   EXPECT_TRUE(a.nodes.low == b.nodes.low) << what;
   EXPECT_TRUE(a.nodes.high == b.nodes.high) << what;
   for (size_t i = 0; i < 4; ++i) {

@@ -117,6 +117,8 @@ inline Tile randomTile(TileId id, const TileSamples* parent, const ElevationScal
 
   // Node codes: anything the format can hold, smooth enough to be squeezed.
   const auto nodes = static_cast<size_t>(tileNodeCount(parent == nullptr));
+  for (int i = 0; i < tileLargeNodeCount(parent == nullptr); ++i)
+    tile.nodes.largeError.push_back(static_cast<uint8_t>(random() % 64));
   for (size_t i = 0; i < nodes; ++i) {
     const bool isEmpty = random() % 16 == 0;
     const auto low = static_cast<uint16_t>(1000 + random() % 200);

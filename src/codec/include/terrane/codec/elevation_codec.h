@@ -24,10 +24,12 @@ Tile interpolateTile(const Tile& parent, int quadrant);
 /// Encodes a tile. `parent` is null for the root only. Precondition: samples that the parent holds are equal
 /// in both, Interpolated and Void samples have the height that interpolateSamples() gives them, Coded ones
 /// lie on the scale's step.
-std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int quadrant, const ElevationScale& scale);
+std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int quadrant,
+                                const ElevationScale& scale);
 
 /// Decodes a tile. `parent` is null for the root only. Errors: any input that encodeTile() cannot have made,
 /// with the byte where it went wrong; never reads beyond `payload`, allocates a tile's size at most.
-Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* parent, int quadrant, const ElevationScale& scale);
+Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* parent, int quadrant,
+                        const ElevationScale& scale);
 
 }  // namespace terrane

@@ -46,8 +46,8 @@ struct TileSamples {
 /// sample of the source on or under the node's diamond *and its descendants' diamonds* lies outside; nested
 /// likewise. low > high (65535, 0): nothing but void.
 ///
-/// `largeError`: the error codes of patches with K = 33, 65, 129 (largeNodeIndex()), each K strictly saturated
-/// by itself.
+/// `largeError`: the error codes of patches with K = 33, 65, 129 (largeNodeIndex()), each K strictly
+/// saturated by itself.
 struct TileNodes {
   std::vector<uint8_t> error;
   std::vector<uint8_t> largeError;
@@ -63,7 +63,7 @@ enum class ChildState : uint8_t {
 };
 struct ChildSummary {
   ChildState state = ChildState::Void;
-  uint8_t error = 0;    ///< largest error code of the child's own nodes; 0 unless present
+  uint8_t error = 0;     ///< largest error code of the child's own nodes; 0 unless present
   uint16_t low = 65535;  ///< height range code over the child's nodes
   uint16_t high = 0;
 };
@@ -84,7 +84,9 @@ struct ElevationScale {
   double rangeUnit = 1.0;     ///< metres
 
   /// The height of q; the same float on every machine.
-  float heightFromInteger(int64_t q) const { return static_cast<float>(heightOffset + static_cast<double>(q) * heightStep); }
+  float heightFromInteger(int64_t q) const {
+    return static_cast<float>(heightOffset + static_cast<double>(q) * heightStep);
+  }
   /// The nearest q (halves away from zero).
   int64_t integerFromHeight(double heightMeters) const;
   double errorFromCode(uint8_t code) const;

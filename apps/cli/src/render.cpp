@@ -1,0 +1,422 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <sstream>
+
+#include "commands.h"
+#include "common.h"
+#include "frame_sink.h"
+#include "terrane/bake/position_raster.h"
+#include "terrane/base/format_number.h"
+#include "terrane/engine/elevation_query.h"
+#include "terrane/engine/terrain.h"
+#include "terrane/tiling/flight.h"
+
+namespace terrane::cli {
+
+namespace {
+
+constexpr double kRadians = 0.017453292519943295;
+/// How far above the horizon the default camera stands.
+constexpr double kOverviewElevationDegrees = 32.0;
+
+struct RenderOptions {
+  std::string dataset;
+  std::string output;
+  std::string size = "1280x720";
+  std::string eye, lookAt, freezeAt;
+  std::string lookFrom = "S";
+  double elevationDegrees = kOverviewElevationDegrees;
+  double fovDegrees = 45.0;
+  std::string flight;
+  std::optional<double> atSeconds;
+  double framesPerSecond = 30.0;
+  std::string position, stats;
+  std::string mode = "shaded", outline = "none", cull = "on", metric = "full";
+  std::string water = "auto";
+  int patchSamples = 17;
+  bool overwrite = false;
+  TerrainOptions terrain;
+  PatchSelection selection;
+  RenderStyle style;
+  OutputOptions talk;
+};
+
+const std::vector<std::pair<std::string, ColorMode>> kModes = {
+    {"shaded", ColorMode::Shaded},   {"height", ColorMode::Height}, {"slope", ColorMode::Slope},
+    {"normals", ColorMode::Normals}, {"tiles", ColorMode::Tiles},   {"error", ColorMode::Error}};
+const std::vector<std::pair<std::string, OutlineMode>> kOutlines = {
+    {"none", OutlineMode::None}, {"wireframe", OutlineMode::Wireframe}, {"patches", OutlineMode::Patches}};
+const std::vector<std::pair<std::string, SplitMetric>> kMetrics = {
+    {"full", SplitMetric::Full}, {"distance", SplitMetric::DistanceOnly}, {"error", SplitMetric::ErrorOnly}};
+
+template <class T>
+T choice(const std::vector<std::pair<std::string, T>>& choices, const std::string& name) {
+  for (const auto& [text, value] : choices)
+    if (text == name) return value;
+  return choices.front().second;
+}
+
+template <class T>
+std::vector<std::string> namesOf(const std::vector<std::pair<std::string, T>>& choices) {
+  std::vector<std::string> names;
+  for (const auto& [text, value] : choices) names.push_back(text);
+  return names;
+}
+
+/// "E,N,H" in the dataset's CRS.
+Result<glm::dvec3> parsePoint(const std::string& text, const char* option) {
+  glm::dvec3 p;
+  char tail = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &p.x, &p.y, &p.z, &tail) != 3 ||
+      !std::isfinite(p.x + p.y + p.z))
+    return makeError("{} {}: expected EASTING,NORTHING,HEIGHT in the dataset's CRS", option, text);
+  return p;
+}
+
+/// A compass direction or degrees clockwise from north.
+Result<double> parseDirection(const std::string& text) {
+  static const std::vector<std::pair<std::string, double>> kPoints = {
+      {"N", 0}, {"NE", 45}, {"E", 90}, {"SE", 135}, {"S", 180}, {"SW", 225}, {"W", 270}, {"NW", 315}};
+  for (const auto& [name, degrees] : kPoints)
+    if (CLI::detail::to_lower(text) == CLI::detail::to_lower(name)) return degrees;
+  double degrees = 0.0;
+  char tail = 0;
+  if (std::sscanf(text.c_str(), "%lf%c", &degrees, &tail) == 1 && std::isfinite(degrees)) return degrees;
+  return makeError(
+      "--look-from {}: expected N, NE, E, SE, S, SW, W, NW, above, or degrees clockwise from north", text);
+}
+
+Status parseSize(const std::string& text, int& width, int& height) {
+  char tail = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%c", &width, &height, &tail) != 2 || width < 1 || height < 1 ||
+      width > 16384 || height > 16384)
+    return makeError("--size {}: expected WIDTHxHEIGHT in pixels, each 1 to 16384", text);
+  return {};
+}
+
+Result<std::string> readText(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf())) return makeError("{}: cannot be read; does it exist?", path);
+  return text.str();
+}
+
+/// The water level that a dataset seems to have: its sea stands at 0 when the lowest ground is about there.
+std::optional<double> seaLevel(const Manifest& manifest) {
+  if (manifest.minHeight > 0.0 || manifest.minHeight < -450.0 || manifest.maxHeight < 5.0)
+    return std::nullopt;
+  return 0.0;
+}
+
+class RenderCommand {
+ public:
+  explicit RenderCommand(RenderOptions& options) : options_(options) {}
+
+  int run() {
+    if (const Status done = work(); !done.ok()) return fail(done.error(), options_.talk);
+    return kExitOk;
+  }
+
+ private:
+  Status work() {
+    TERRANE_TRY(parseSize(options_.size, width_, height_));
+    if (options_.output.empty() && options_.position.empty())
+      return makeError("nothing to write: pass -o PICTURE.png, or --position OUT.tif");
+    for (const std::string& path : {options_.output, options_.position, options_.stats})
+      if (!path.empty() && !options_.overwrite && std::filesystem::exists(path))
+        return makeError("{}: exists already; pass --overwrite to replace it", path);
+    int k = 1;
+    while ((1 << k) + 1 < options_.patchSamples) ++k;
+    if ((1 << k) + 1 != options_.patchSamples || k > PatchGrid::kLargest)
+      return makeError("--k {}: expected 2^k + 1 from 3 to 129, such as 17 or 33", options_.patchSamples);
+    options_.selection.grid.k = k;
+    options_.selection.cull = options_.cull == "on";
+    options_.selection.metric = choice(kMetrics, options_.metric);
+    options_.style.mode = choice(kModes, options_.mode);
+    options_.style.outline = choice(kOutlines, options_.outline);
+    options_.style.tauPixels = options_.selection.tolerancePixels;
+    options_.style.exaggeration = options_.selection.exaggeration;
+
+    TERRANE_ASSIGN(terrain_, Terrain::open(options_.dataset, options_.terrain));
+    const Manifest& manifest = terrain_->dataset().manifest();
+    options_.style.lowMeters = manifest.minHeight;
+    options_.style.highMeters = std::max(manifest.maxHeight, manifest.minHeight + 1.0);
+    if (options_.water == "auto") {
+      options_.style.waterLevelMeters = seaLevel(manifest);
+    } else if (options_.water != "off") {
+      double level = 0.0;
+      char tail = 0;
+      if (std::sscanf(options_.water.c_str(), "%lf%c", &level, &tail) != 1)
+        return makeError("--water {}: expected a height in metres, auto or off", options_.water);
+      options_.style.waterLevelMeters = level;
+    }
+    if (!options_.flight.empty()) return renderFlight();
+
+    TERRANE_ASSIGN(const Camera camera, stillCamera());
+    return renderStill(camera);
+  }
+
+  glm::dvec3 exaggerated(glm::dvec3 local) const {
+    local.z *= options_.selection.exaggeration;
+    return local;
+  }
+
+  Result<Camera> cameraFromPoints(const std::string& eyeText, const std::string& targetText,
+                                  const char* option) const {
+    TERRANE_ASSIGN(const glm::dvec3 eye, parsePoint(eyeText, option));
+    TERRANE_ASSIGN(const glm::dvec3 target, parsePoint(targetText, option));
+    if (eye == target) return makeError("{}: the eye looks at itself; give two different points", option);
+    const Frame& frame = terrain_->dataset().manifest().frame;
+    return lookAt(exaggerated(frame.localFromCrs(eye)), exaggerated(frame.localFromCrs(target)),
+                  options_.fovDegrees * kRadians, width_, height_);
+  }
+
+  Result<Camera> stillCamera() const {
+    if (!options_.eye.empty()) {
+      if (options_.lookAt.empty()) return makeError("--eye needs --look-at E,N,H");
+      return cameraFromPoints(options_.eye, options_.lookAt, "--eye/--look-at");
+    }
+    if (!options_.lookAt.empty()) return makeError("--look-at needs --eye E,N,H");
+    GroundBox box = terrain_->groundBox();
+    box.low.z *= options_.selection.exaggeration;
+    box.high.z *= options_.selection.exaggeration;
+    const bool above = CLI::detail::to_lower(options_.lookFrom) == "above";
+    double azimuth = 180.0;
+    if (!above) {
+      TERRANE_ASSIGN(azimuth, parseDirection(options_.lookFrom));
+    }
+    return overviewCamera(box, azimuth, above ? 90.0 : options_.elevationDegrees,
+                          options_.fovDegrees * kRadians, width_, height_);
+  }
+
+  /// The cut for a camera, or for the frozen one.
+  Result<Cut> cutFor(const Camera& camera) {
+    if (options_.freezeAt.empty()) return terrain_->selectAndLoad(camera, options_.selection);
+    const size_t slash = options_.freezeAt.find('/');
+    if (slash == std::string::npos)
+      return makeError("--freeze-at {}: expected EYE/LOOK-AT, each E,N,H", options_.freezeAt);
+    TERRANE_ASSIGN(const Camera frozen, cameraFromPoints(options_.freezeAt.substr(0, slash),
+                                                         options_.freezeAt.substr(slash + 1), "--freeze-at"));
+    const GroundBox box = terrain_->groundBox();
+    options_.style.frustum =
+        FrustumOverlay{frozen, 0.5 * std::max(box.high.x - box.low.x, box.high.y - box.low.y)};
+    return terrain_->selectAndLoad(frozen, options_.selection);
+  }
+
+  Status renderStill(const Camera& camera) {
+    TERRANE_ASSIGN(const Cut cut, cutFor(camera));
+    if (!options_.output.empty()) {
+      TERRANE_ASSIGN(const Picture picture, terrain_->draw(cut, camera, options_.style));
+      TERRANE_TRY(writePicture(options_.output, picture));
+    }
+    FrameReport report = terrain_->report();
+    if (!options_.position.empty()) {
+      TERRANE_ASSIGN(const PositionPicture positions, terrain_->drawPositions(cut, camera, options_.style.exaggeration));
+      TERRANE_TRY(writePositions(positions));
+      if (options_.output.empty()) report = terrain_->report();
+    }
+    TERRANE_TRY(writeStats(report, 1));
+    sayDone(report);
+    return {};
+  }
+
+  Status writePositions(const PositionPicture& positions) const {
+    const Manifest& manifest = terrain_->dataset().manifest();
+    std::vector<glm::dvec3> crs(positions.local.size());
+    for (size_t i = 0; i < crs.size(); ++i) crs[i] = manifest.frame.crsFromLocal(positions.local[i]);
+    return writePositionRaster(options_.position, positions.width, positions.height, crs, manifest.crsWkt);
+  }
+
+  Status renderFlight() {
+    TERRANE_ASSIGN(const std::string text, readText(options_.flight));
+    TERRANE_ASSIGN(const Flight flight, flightFromJson(text, options_.flight));
+    const Manifest& manifest = terrain_->dataset().manifest();
+    const GroundBox box = terrain_->groundBox();
+
+    ElevationQuery query(terrain_->dataset());
+    std::optional<Error> failed;
+    FlightGround ground;
+    ground.southWestLocal = box.low;
+    ground.northEastLocal = box.high;
+    ground.minHeight = manifest.minHeight;
+    ground.maxHeight = manifest.maxHeight;
+    ground.heightAt = [&](glm::dvec2 local) {
+      const auto height = query.heightAt(local);
+      if (!height.ok()) failed = height.error();
+      return height.ok() && *height ? **height : std::numeric_limits<double>::quiet_NaN();
+    };
+    TERRANE_ASSIGN(const FittedFlight fitted, fitFlight(flight, manifest.frame, ground));
+    if (failed) return *failed;
+
+    if (options_.atSeconds) return renderStill(fitted.at(*options_.atSeconds, width_, height_));
+    if (!options_.position.empty())
+      return makeError("--position needs one moment of the flight; pass --at SECONDS");
+
+    const auto frames =
+        static_cast<int64_t>(std::floor(fitted.durationSeconds() * options_.framesPerSecond)) + 1;
+    TERRANE_ASSIGN(
+        std::unique_ptr<FrameSink> sink,
+        openFrameSink(options_.output, width_, height_, options_.framesPerSecond, options_.overwrite));
+    const auto progress = makeProgress(options_.talk);
+    progress->beginStage("rendering", frames, "frames");
+    for (int64_t frame = 0; frame < frames; ++frame) {
+      if (interruptFlag()) return makeError("interrupted after {} of {} frames", frame, frames);
+      const Camera camera = fitted.at(static_cast<double>(frame) / options_.framesPerSecond, width_, height_);
+      TERRANE_ASSIGN(const Cut cut, cutFor(camera));
+      TERRANE_ASSIGN(const Picture picture, terrain_->draw(cut, camera, options_.style));
+      TERRANE_TRY(sink->add(picture));
+      progress->advance(1);
+    }
+    progress->finish();
+    TERRANE_TRY(sink->finish());
+    TERRANE_TRY(writeStats(terrain_->report(), frames));
+    sayDone(terrain_->report());
+    return {};
+  }
+
+  nlohmann::json statsJson(const FrameReport& report, int64_t frames) const {
+    return {{"dataset", options_.dataset},
+            {"renderer", terrain_->rendererName()},
+            {"width", width_},
+            {"height", height_},
+            {"tau", options_.selection.tolerancePixels},
+            {"k", options_.patchSamples},
+            {"frames", frames},
+            {"triangles", report.triangles},
+            {"patches", report.patches},
+            {"tiles", report.tiles},
+            {"draw_calls", report.drawCalls},
+            {"deepest_level", report.deepestLevel},
+            {"bytes_read", report.bytesRead},
+            {"resident_bytes", report.residentBytes},
+            {"gpu_bytes", report.gpuBytes},
+            {"times",
+             {{"select_ms", report.selectMilliseconds},
+              {"load_ms", report.loadMilliseconds},
+              {"draw_ms", report.drawMilliseconds}}}};
+  }
+
+  Status writeStats(const FrameReport& report, int64_t frames) const {
+    if (options_.stats.empty()) return {};
+    std::ofstream file(options_.stats);
+    file << statsJson(report, frames).dump(2) << "\n";
+    file.close();
+    if (!file) return makeError("{}: cannot be written", options_.stats);
+    return {};
+  }
+
+  void sayDone(const FrameReport& report) const {
+    if (options_.talk.json) {
+      nlohmann::json line = statsJson(report, 1);
+      line["output"] = options_.output;
+      printJson(line);
+    } else if (!options_.talk.quiet) {
+      std::fprintf(stderr, "%s: %s triangles in %s patches from %s tiles, error at most %g px\n",
+                   (options_.output.empty() ? options_.position : options_.output).c_str(),
+                   formatCount(report.triangles).c_str(), formatCount(report.patches).c_str(),
+                   formatCount(report.tiles).c_str(), options_.selection.tolerancePixels);
+    }
+  }
+
+  RenderOptions& options_;
+  int width_ = 0;
+  int height_ = 0;
+  std::unique_ptr<Terrain> terrain_;
+};
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  terrane render alps.terrane -o alps.png\n"
+    "  terrane render alps.terrane -o ne.png --look-from NE --size 1920x1080 --tau 0.5\n"
+    "  terrane render alps.terrane -o peak.png --eye 412000,5149000,4200 --look-at 418000,5155000,2500\n"
+    "  terrane render alps.terrane -o mesh.png --outline wireframe --mode height\n"
+    "  terrane render alps.terrane -o frozen.png --look-from above --freeze-at E,N,H/E,N,H --outline "
+    "patches\n"
+    "  terrane render alps.terrane -o where.png --position where.tif --stats where.json\n"
+    "  terrane render alps.terrane -o flight.mp4 --flight bench/flights/valley.json\n"
+    "  terrane render alps.terrane -o frame_%05d.png --flight bench/flights/valley.json --fps 10";
+
+}  // namespace
+
+void addRenderCommand(CLI::App& app, CommandContext& context) {
+  const auto options = std::make_shared<RenderOptions>();
+  CLI::App* command = app.add_subcommand("render", "draw a dataset into a picture, without a window");
+  command->footer(kExamples);
+  command->add_option("DATASET", options->dataset, "the dataset's directory")->required();
+  command->add_option("-o,--output", options->output,
+                      "PNG; for a flight PATTERN_%05d.png or .mp4 (through ffmpeg)");
+  command->add_option("--size", options->size, "picture size in pixels")->capture_default_str();
+  command->add_option("--samples", options->style.samples, "samples a pixel")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 16));
+  command->add_option("--tau", options->selection.tolerancePixels, "largest error on screen, pixels")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 1000.0));
+  command->add_option("--k", options->patchSamples, "samples along a patch's side, 2^k + 1 from 3 to 129")
+      ->capture_default_str();
+
+  command->add_option("--fov", options->fovDegrees, "vertical field of view, degrees")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 170.0));
+  command->add_option("--eye", options->eye, "camera: E,N,H in the dataset's CRS");
+  command->add_option("--look-at", options->lookAt, "what it looks at: E,N,H");
+  command
+      ->add_option("--look-from", options->lookFrom, "overview from N, NE, ..., degrees from north, or above")
+      ->capture_default_str();
+  command
+      ->add_option("--elevation", options->elevationDegrees,
+                   "the overview's height above the horizon, degrees")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 90.0));
+  command->add_option("--flight", options->flight, "a camera path (docs/flights.md)");
+  command->add_option("--at", options->atSeconds, "one moment of the flight, seconds");
+  command->add_option("--fps", options->framesPerSecond, "frames a second of a whole flight")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 240.0));
+  command->add_option("--freeze-at", options->freezeAt,
+                      "keep the cut of the camera E,N,H/E,N,H (eye/look-at) and show its frustum");
+
+  command->add_option("--mode", options->mode, "colouring")
+      ->capture_default_str()
+      ->check(CLI::IsMember(namesOf(kModes)));
+  command->add_option("--outline", options->outline, "lines over it")
+      ->capture_default_str()
+      ->check(CLI::IsMember(namesOf(kOutlines)));
+  command->add_option("--exaggeration", options->selection.exaggeration, "factor on heights")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 100.0));
+  command->add_option("--water", options->water, "height of flat water in metres, auto or off")
+      ->capture_default_str();
+  command->add_option("--cull", options->cull, "leave out what is outside the frustum")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"on", "off"}));
+  command->add_option("--metric", options->metric, "what patches are split by")
+      ->capture_default_str()
+      ->check(CLI::IsMember(namesOf(kMetrics)));
+  command
+      ->add_option("--levels-below-data", options->selection.levelsBelowData,
+                   "levels that --metric distance may add")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 6));
+
+  command->add_option("--position", options->position,
+                      "GeoTIFF of three float64 bands: E, N, H under every pixel, NaN for sky");
+  command->add_option("--stats", options->stats,
+                      "JSON with triangles, patches, tiles, draw_calls, bytes_read, times");
+  command->add_flag("--software", options->terrain.forceSoftware, "do not use the GPU");
+  command->add_flag("--gles", options->terrain.openGlEs, "draw with OpenGL ES 3.0, as browsers do");
+  command->add_flag("--overwrite", options->overwrite, "replace existing files");
+  addOutputOptions(*command, options->talk);
+  command->callback(
+      [options, &context] { context.run = [options] { return RenderCommand(*options).run(); }; });
+}
+
+}  // namespace terrane::cli

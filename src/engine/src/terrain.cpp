@@ -1,0 +1,155 @@
+#include "terrane/engine/terrain.h"
+
+#include <chrono>
+#include <unordered_set>
+#include <utility>
+
+#include "terrane/gpu/context.h"
+#include "terrane/render/terrain_renderer.h"
+
+namespace terrane {
+
+namespace {
+
+/// Tiles on the GPU beyond those of the current frame that are kept for the next ones.
+constexpr size_t kSpareGpuTiles = 256;
+/// Tiles that are decoded between two selections: enough to keep all cores busy, few enough that the most
+/// urgent ones come first.
+constexpr size_t kLoadBatch = 64;
+
+class Stopwatch {
+ public:
+  double milliseconds() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+struct Terrain::State {
+  Dataset dataset;
+  TerrainOptions options;
+  TilePool pool;
+  // note: the renderer must go before its context.
+  std::unique_ptr<gpu::Context> context;
+  std::unique_ptr<TerrainRenderer> renderer;
+  std::unordered_set<TileId, TileIdHash> onGpu;
+  FrameReport report;
+
+  State(Dataset opened, const TerrainOptions& wanted) : dataset(std::move(opened)), options(wanted), pool(dataset) {}
+};
+
+Terrain::Terrain(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Terrain::~Terrain() = default;
+
+Result<std::unique_ptr<Terrain>> Terrain::open(const std::string& directory, const TerrainOptions& options) {
+  TERRANE_ASSIGN(Dataset dataset, Dataset::open(directory));
+  return std::unique_ptr<Terrain>(new Terrain(std::make_unique<State>(std::move(dataset), options)));
+}
+
+const Dataset& Terrain::dataset() const { return state_->dataset; }
+TilePool& Terrain::tiles() { return state_->pool; }
+const FrameReport& Terrain::report() const { return state_->report; }
+std::string Terrain::rendererName() const { return state_->context ? state_->context->rendererName() : std::string(); }
+
+GroundBox Terrain::groundBox() const {
+  const Manifest& manifest = state_->dataset.manifest();
+  const glm::dvec2 southEast = manifest.frame.localFromSample(
+      {static_cast<double>(manifest.extentCols - 1), static_cast<double>(manifest.extentRows - 1)});
+  return {{0.0, southEast.y, manifest.minHeight}, {southEast.x, 0.0, manifest.maxHeight}};
+}
+
+Cut Terrain::select(const Camera& camera, const PatchSelection& selection) {
+  const Stopwatch watch;
+  const Manifest& manifest = state_->dataset.manifest();
+  Cut cut = selectPatches(selection, manifest.frame, manifest.scale, camera, state_->pool);
+  state_->report.selectMilliseconds = watch.milliseconds();
+  return cut;
+}
+
+Result<Cut> Terrain::selectAndLoad(const Camera& camera, const PatchSelection& selection, size_t maxTiles) {
+  double loading = 0.0;
+  Cut cut = select(camera, selection);
+  while (!cut.wishes.empty() && maxTiles > 0) {
+    std::vector<TileId> batch;
+    for (const TileWish& wish : cut.wishes)
+      if (batch.size() < std::min(kLoadBatch, maxTiles)) batch.push_back(wish.tile);
+    maxTiles -= batch.size();
+    const Stopwatch watch;
+    TERRANE_TRY(state_->pool.load(batch));
+    loading += watch.milliseconds();
+    cut = select(camera, selection);
+  }
+  state_->report.loadMilliseconds = loading;
+  return cut;
+}
+
+Status Terrain::prepareDrawing(const Cut& cut) {
+  State& state = *state_;
+  if (!state.context) {
+    TERRANE_ASSIGN(state.context,
+                   gpu::Context::createHeadless({.api = state.options.openGlEs ? gpu::Api::OpenGlEs : gpu::Api::OpenGl,
+                                                 .forceSoftware = state.options.forceSoftware}));
+    TERRANE_ASSIGN(state.renderer, TerrainRenderer::create(*state.context));
+  }
+
+  // What the frame reads: heights, shading, and the shading tile's parent that it blends with.
+  std::unordered_set<TileId, TileIdHash> needed, read;
+  int deepest = 0;
+  for (const Patch& patch : cut.patches) {
+    needed.insert(patch.tile);
+    needed.insert(patch.shadingTile);
+    deepest = std::max(deepest, patch.tile.level);
+  }
+  read = needed;
+  for (const TileId id : read)
+    if (!id.isRoot()) needed.insert(id.parent());
+
+  if (state.onGpu.size() > needed.size() + kSpareGpuTiles) {
+    for (auto at = state.onGpu.begin(); at != state.onGpu.end();) {
+      if (needed.count(*at) != 0) {
+        ++at;
+        continue;
+      }
+      state.renderer->dropTile(*at);
+      at = state.onGpu.erase(at);
+    }
+  }
+  for (const TileId id : needed) {
+    if (!state.onGpu.insert(id).second) continue;
+    TERRANE_TRY(state.renderer->uploadTile(id, state.pool.findOrImply(id)));
+  }
+
+  state.report.patches = static_cast<int64_t>(cut.patches.size());
+  state.report.triangles = state.report.patches * cut.grid.trianglesPerPatch();
+  state.report.tiles = static_cast<int64_t>(read.size());
+  state.report.deepestLevel = deepest;
+  state.report.bytesRead = state.pool.bytesRead();
+  state.report.residentBytes = state.pool.residentBytes();
+  state.report.gpuBytes = state.renderer->gpuBytes();
+  return {};
+}
+
+Result<Picture> Terrain::draw(const Cut& cut, const Camera& camera, const RenderStyle& style) {
+  const Stopwatch watch;
+  TERRANE_TRY(prepareDrawing(cut));
+  const Frame& frame = state_->dataset.manifest().frame;
+  TERRANE_ASSIGN(TerrainRenderer::Picture drawn, state_->renderer->drawPicture(cut, frame, camera, style));
+  state_->report.drawCalls = drawn.statistics.drawCalls;
+  state_->report.drawMilliseconds = watch.milliseconds();
+  return Picture{camera.width, camera.height, std::move(drawn.rgba)};
+}
+
+Result<PositionPicture> Terrain::drawPositions(const Cut& cut, const Camera& camera, double exaggeration) {
+  const Stopwatch watch;
+  TERRANE_TRY(prepareDrawing(cut));
+  const Frame& frame = state_->dataset.manifest().frame;
+  TERRANE_ASSIGN(std::vector<glm::dvec3> local, state_->renderer->drawPositions(cut, frame, camera, exaggeration));
+  state_->report.drawMilliseconds = watch.milliseconds();
+  return PositionPicture{camera.width, camera.height, std::move(local)};
+}
+
+}  // namespace terrane
