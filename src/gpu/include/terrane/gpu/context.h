@@ -1,0 +1,92 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "terrane/base/result.h"
+
+namespace terrane::gpu {
+
+/// The two dialects that Terrane speaks.
+enum class Api {
+  OpenGl,    ///< OpenGL 4.5 core, shaders in GLSL 4.50
+  OpenGlEs,  ///< OpenGL ES 3.0, what WebGL2 is; shaders in GLSL ES 3.00
+};
+
+/// What to ask of a new context.
+struct ContextOptions {
+  Api api = Api::OpenGl;
+  bool forceSoftware = false;      ///< Mesa's rasteriser even where there is a GPU
+  bool forbidClipControl = false;  ///< behave as a driver without clip control, to test that path
+};
+
+/// What the driver allows.
+struct Limits {
+  int maxTextureSize = 0;
+  int maxArrayLayers = 0;
+  int maxSamples = 0;  ///< of a multi-sampled RGBA16F renderbuffer, at least 1
+};
+
+/// What drivers lack, each by name, so that no code asks for versions or vendors.
+struct Workarounds {
+  /// Depth cannot be reversed: clip space is always [-1, 1], which eats the precision that reversed depth
+  /// gains. OpenGL ES without EXT_clip_control, so most of WebGL2. Then depth is the ordinary one.
+  bool noClipControl = false;
+  /// A fragment shader cannot run once a sample, so that edges which it makes itself (discard, drawn lines)
+  /// stay jagged under multi-sampling. OpenGL ES 3.0. Then a larger picture is drawn and shrunk instead.
+  bool noSampleShading = false;
+  /// No timer query. OpenGL ES without EXT_disjoint_timer_query. Then GPU times are not reported.
+  bool noTimerQuery = false;
+};
+
+/// An OpenGL context, current on the thread that made it, without a window. All objects of this folder belong
+/// to the context that is current when they are made, are used on that thread only, and must be destroyed
+/// before the context is.
+class Context {
+ public:
+  virtual ~Context() = default;
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  /// A context for drawing into framebuffers only. Takes a GPU where there is one, else Mesa's software
+  /// rasteriser. Fails where neither is installed.
+  static Result<std::unique_ptr<Context>> createHeadless(const ContextOptions& options = {});
+
+  /// Makes this context the calling thread's current one.
+  virtual void makeCurrent() = 0;
+
+  Api api() const { return api_; }
+  bool isGles() const { return api_ == Api::OpenGlEs; }
+  /// The driver's own names: "llvmpipe (LLVM 15.0.6, 256 bits)", "4.5 (Core Profile) Mesa 22.3.6".
+  const std::string& rendererName() const { return rendererName_; }
+  const std::string& versionName() const { return versionName_; }
+  /// Is it a software rasteriser?
+  bool isSoftware() const { return isSoftware_; }
+  const Limits& limits() const { return limits_; }
+  const Workarounds& workarounds() const { return workarounds_; }
+
+  /// The lines before every shader file: version, precisions and what differs between the dialects.
+  std::string shaderPrologue() const;
+
+  /// Clip space's depth: from 0 to 1, or OpenGL's own -1 to 1 (as it is at first). Not with noClipControl.
+  void setClipDepthZeroToOne(bool zeroToOne) const;
+
+  /// An error if OpenGL has reported one since the last call; `doing` says what was being done.
+  Status checkErrors(const std::string& doing) const;
+
+ protected:
+  Context() = default;
+  /// Asks the driver (this context being current) for all that the accessors tell, and sets the state that
+  /// never changes. Fails if something without which Terrane cannot draw is missing.
+  Status readCapabilities(const ContextOptions& options);
+
+ private:
+  Api api_ = Api::OpenGl;
+  std::string rendererName_;
+  std::string versionName_;
+  bool isSoftware_ = false;
+  Limits limits_;
+  Workarounds workarounds_;
+};
+
+}  // namespace terrane::gpu
