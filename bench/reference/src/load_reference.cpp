@@ -1,9 +1,6 @@
 #include "terrane/reference/load_reference.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <unordered_map>
 #include <utility>
 
 #include "terrane/base/format_number.h"
@@ -97,75 +94,6 @@ Result<ReferenceSurface> loadReference(const Dataset& dataset, const ReferenceOp
   TERRANE_ASSIGN(const Tile root, readTile(dataset, TileId{}, nullptr));
   TERRANE_TRY(descend(dataset, TileId{}, root, grid));
   return ReferenceSurface(std::move(grid));
-}
-
-struct HeightProbe::State {
-  static constexpr size_t kTilesHeld = 300;
-
-  const Dataset& dataset;
-  std::unordered_map<TileId, std::shared_ptr<const Tile>, TileIdHash> tiles;
-  Status error;
-
-  /// The tile, whether stored, interpolated or void; null after an error.
-  std::shared_ptr<const Tile> tile(TileId id) {
-    const auto known = tiles.find(id);
-    if (known != tiles.end()) return known->second;
-    std::shared_ptr<const Tile> parent;
-    if (!id.isRoot()) {
-      parent = tile(id.parent());
-      if (!parent) return nullptr;
-    }
-
-    std::shared_ptr<const Tile> made;
-    if (parent && parent->children[static_cast<size_t>(id.quadrant())].state != ChildState::Present) {
-      made = std::make_shared<const Tile>(interpolateTile(*parent, id.quadrant()));
-    } else {
-      auto read = readTile(dataset, id, parent.get());
-      if (!read) {
-        if (error.ok()) error = read.error();
-        return nullptr;
-      }
-      made = std::make_shared<const Tile>(std::move(read).value());
-    }
-    if (tiles.size() >= kTilesHeld) tiles.clear();
-    tiles.emplace(id, made);
-    return made;
-  }
-};
-
-HeightProbe::HeightProbe(const Dataset& dataset) : state_(new State{dataset, {}, {}}) {}
-HeightProbe::~HeightProbe() = default;
-HeightProbe::HeightProbe(HeightProbe&&) noexcept = default;
-
-const Status& HeightProbe::error() const {
-  return state_->error;
-}
-
-double HeightProbe::heightAt(glm::dvec2 place) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  const Manifest& manifest = state_->dataset.manifest();
-  const glm::dvec2 sample = manifest.frame.sampleFromLocal(place);
-  const auto cells = [](int64_t samples) { return static_cast<double>(samples - 1); };
-  if (!(sample.x >= 0.0 && sample.y >= 0.0 && sample.x < cells(manifest.extentCols) &&
-        sample.y < cells(manifest.extentRows))) {
-    return kNone;
-  }
-
-  // One cell of the tile, as a surface of its own; its place in the world decides its diagonal.
-  const auto col = static_cast<int64_t>(sample.x);
-  const auto row = static_cast<int64_t>(sample.y);
-  const TileId id{manifest.frame.finestLevel, static_cast<int32_t>(col / kTileCells),
-                  static_cast<int32_t>(row / kTileCells)};
-  const auto tile = state_->tile(id);
-  const int x = static_cast<int>(col % kTileCells);
-  const int y = static_cast<int>(row % kTileCells);
-  if (!tile || !tile->samples.coverage.covered(x, y)) return kNone;
-  const auto height = [&](int dx, int dy) {
-    return static_cast<double>(tile->samples.heights[static_cast<size_t>((y + dy) * kTileSamples + x + dx)]);
-  };
-  const double a = sample.x - static_cast<double>(col);
-  const double b = sample.y - static_cast<double>(row);
-  return heightInCell((col + row) % 2 == 0, {height(0, 0), height(1, 0), height(0, 1), height(1, 1)}, a, b);
 }
 
 }  // namespace terrane

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "terrane/base/result.h"
+
+/// What every bench leaves behind: a table on the terminal and `build/bench/NAME.json`.
+namespace terrane {
+
+/// A number that must hold.
+struct Bar {
+  std::string name;
+  double value = 0.0;
+  std::string unit;  ///< "" for ratios and counts
+  double bar = 0.0;  ///< the value must be at most this
+  bool holds() const { return value <= bar; }
+};
+
+/// The result of a bench. Rows are flat objects with the same members, one a line of the table.
+struct BenchResult {
+  std::string bench;
+  std::vector<nlohmann::ordered_json> rows;
+  std::vector<Bar> bars;
+
+  bool allHold() const;
+  /// {"bench", "machine", "rows": [...], "bars": [{"name", "value", "unit", "bar", "holds"}]}.
+  nlohmann::ordered_json toJson() const;
+  /// Rows and bars in aligned columns, for a terminal.
+  std::string toTable() const;
+};
+
+/// The processor's name and its number of cores, and the operating system's name.
+std::string describeMachine();
+
+/// Writes a file whole: aside, then renamed into place.
+Status writeTextFile(const std::string& path, const std::string& text);
+
+}  // namespace terrane
