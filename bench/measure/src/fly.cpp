@@ -10,13 +10,13 @@ namespace {
 constexpr double kRadiansPerDegree = 0.017453292519943295;
 constexpr int64_t kMostFrames = 1000000;
 
+}  // namespace
+
 Camera cameraAt(const FittedFlight& flight, double seconds, const FlyOptions& options) {
   Camera camera = flight.at(seconds, options.width, options.height);
   if (options.fovyDegrees) camera.fovyRadians = *options.fovyDegrees * kRadiansPerDegree;
   return camera;
 }
-
-}  // namespace
 
 std::vector<double> frameTimes(double durationSeconds, const FlyOptions& options) {
   std::vector<double> times;

@@ -96,4 +96,8 @@ Result<ReferenceSurface> loadReference(const Dataset& dataset, const ReferenceOp
   return ReferenceSurface(std::move(grid));
 }
 
+int64_t coarsestCellMargin(const Frame& frame) {
+  return int64_t{2} << frame.finestLevel;
+}
+
 }  // namespace terrane

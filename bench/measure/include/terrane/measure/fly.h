@@ -31,14 +31,16 @@ struct FrameCost {
   uint64_t bytes = 0;        ///< read from the dataset for this frame
   uint64_t requests = 0;     ///< tiles read for this frame
   int deepestLevel = 0;      ///< tile level of the finest patch
-  uint64_t memoryBytes = 0;  ///< decoded tiles held
+  uint64_t memoryBytes = 0;  ///< of tiles, decoded and on the GPU
 };
 
 /// Something that shows a dataset from a camera.
 class FlightScene {
  public:
   virtual ~FlightScene() = default;
-  /// Loads what the frame wants and draws it.
+  /// Loads all that a frame wants.
+  virtual Status loadAll(const Camera& camera) = 0;
+  /// Loads all that the frame wants and draws it.
   virtual Result<FrameCost> drawFrame(const Camera& camera) = 0;
   /// The place under each pixel (see measure_picture.h), drawn with what is loaded.
   virtual Result<std::vector<glm::dvec3>> places(const Camera& camera) = 0;
@@ -78,6 +80,9 @@ struct FlightReport {
   int64_t loadingPictures = 0;
   double worstErrorSeconds = 0.0;  ///< when the largest error was
 };
+
+/// The flight's camera, of the options' size and field of view.
+Camera cameraAt(const FittedFlight& flight, double seconds, const FlyOptions& options);
 
 /// The times of the frames that a flight of this length is stepped in.
 std::vector<double> frameTimes(double durationSeconds, const FlyOptions& options);

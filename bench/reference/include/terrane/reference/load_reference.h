@@ -17,4 +17,7 @@ struct ReferenceOptions {
 /// a tile that cannot be read or decoded; an extent that does not fit into `memoryBytes`.
 Result<ReferenceSurface> loadReference(const Dataset& dataset, const ReferenceOptions& options = {});
 
+/// The margin for ReferenceSurface::Cover that holds whatever tiles are loaded: two cells of the root tile.
+int64_t coarsestCellMargin(const Frame& frame);
+
 }  // namespace terrane

@@ -1,0 +1,168 @@
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "terrane/base/format_number.h"
+#include "terrane/measure/bench_result.h"
+#include "terrane/measure/fly.h"
+#include "terrane/reference/load_reference.h"
+#include "terrane/scene/terrain_scene.h"
+
+/// The largest error on screen that pictures of `patches` have, and their cracks, over tau, K and field of
+/// view: pictures at moments of every flight, held against the full-resolution surface, and pictures at
+/// random moments of loading.
+///
+/// usage: measure_error FLIGHTS-FOLDER RESULT.json DATASET...
+
+namespace terrane {
+namespace {
+
+constexpr int kWidth = 640;
+constexpr int kHeight = 360;
+constexpr int kMomentsPerFlight = 3;
+constexpr int kLoadingMoments = 6;
+/// Flights that stay above the highest ground, where a crack while loading can be told.
+constexpr const char* kLoadingFlights[] = {"p2_straight", "p5_turnover"};
+
+/// The truth about a dataset.
+struct Truth {
+  ReferenceSurface surface;
+  ReferenceSurface::Cover cover;
+  explicit Truth(ReferenceSurface&& loaded, const Frame& frame)
+      : surface(std::move(loaded)), cover(surface, coarsestCellMargin(frame)) {}
+  Truth(const Truth&) = delete;
+  Truth& operator=(const Truth&) = delete;
+};
+
+struct NamedFlight {
+  std::string name;
+  FittedFlight flight;
+};
+
+/// One way to draw, measured over all flights: a row.
+Result<FlightReport> measureSetting(Terrain& terrain, const Truth& truth,
+                                    const std::vector<NamedFlight>& flights, const PatchSelection& selection,
+                                    const FlyOptions& options, std::string& worst) {
+  TerrainScene scene(terrain, selection);
+  FlightReport report;
+  for (const NamedFlight& named : flights) {
+    for (int moment = 0; moment < kMomentsPerFlight; ++moment) {
+      const double seconds = named.flight.durationSeconds() * (moment + 0.5) / kMomentsPerFlight;
+      const Camera camera = cameraAt(named.flight, seconds, options);
+      TERRANE_TRY(scene.loadAll(camera));
+      TERRANE_ASSIGN(const auto places, scene.places(camera));
+      const ErrorMeasure error = measureError(truth.surface, camera, places, options.tauPixels);
+      if (error.maxPixels > report.error.maxPixels)
+        worst = fmt::format("{} at {:.2f} s", named.name, seconds);
+      report.error.add(error);
+      report.cracks.add(measureCracks(truth.surface, camera, places, options.tauPixels));
+    }
+  }
+
+  // Loading comes last: it forgets the tiles.
+  for (const NamedFlight& named : flights) {
+    if (std::none_of(std::begin(kLoadingFlights), std::end(kLoadingFlights),
+                     [&](const char* name) { return named.name == name; })) {
+      continue;
+    }
+    const double seconds = 0.4 * named.flight.durationSeconds();
+    TERRANE_ASSIGN(
+        const CrackMeasure cracks,
+        measureLoading(scene, cameraAt(named.flight, seconds, options), truth.cover, kLoadingMoments,
+                       options.seed + report.error.pixels % 1000, report.loadingPictures));
+    report.loading.add(cracks);
+  }
+  return report;
+}
+
+Status measureDataset(const std::string& directory, const std::vector<std::string>& paths,
+                      BenchResult& result) {
+  TERRANE_ASSIGN(const std::unique_ptr<Terrain> terrain, Terrain::open(directory));
+  TERRANE_ASSIGN(ReferenceSurface surface, loadReference(terrain->dataset()));
+  const Truth truth(std::move(surface), terrain->dataset().manifest().frame);
+  std::vector<NamedFlight> flights;
+  for (const std::string& path : paths) {
+    TERRANE_ASSIGN(FittedFlight flight, readAndFitFlight(path, *terrain));
+    flights.push_back({std::filesystem::path(path).stem().string(), std::move(flight)});
+  }
+
+  const std::string name = std::filesystem::path(directory).stem().string();
+  for (const double tau : {1.0, 2.0}) {
+    for (const int k : {4, 5}) {
+      for (const double fovy : {45.0, 90.0}) {
+        PatchSelection selection;
+        selection.grid.k = k;
+        selection.tolerancePixels = tau;
+        FlyOptions options;
+        options.width = kWidth;
+        options.height = kHeight;
+        options.tauPixels = tau;
+        options.fovyDegrees = fovy;
+        std::string worst;
+        TERRANE_ASSIGN(const FlightReport report,
+                       measureSetting(*terrain, truth, flights, selection, options, worst));
+        result.rows.push_back({{"dataset", name},
+                               {"tau", tau},
+                               {"K", selection.grid.samplesPerSide()},
+                               {"fovy", fovy},
+                               {"max_error_over_tau", report.error.maxPixels / tau},
+                               {"p999_px", report.error.percentile999()},
+                               {"rms_px", report.error.rms()},
+                               {"worst", worst},
+                               {"pixels", report.error.pixels},
+                               {"cracks", report.cracks.cracks},
+                               {"see_through", report.cracks.seeThrough},
+                               {"loading_pictures", report.loadingPictures},
+                               {"loading_pixels", report.loading.checked},
+                               {"loading_cracks", report.loading.cracks}});
+        std::fprintf(
+            stderr, "%s: tau %g, K %d, fovy %g: largest error %.3f tau, %lld cracks, %lld while loading\n",
+            name.c_str(), tau, selection.grid.samplesPerSide(), fovy, report.error.maxPixels / tau,
+            static_cast<long long>(report.cracks.cracks), static_cast<long long>(report.loading.cracks));
+      }
+    }
+  }
+  return {};
+}
+
+Status run(const std::vector<std::string>& arguments) {
+  if (arguments.size() < 3) return makeError("usage: measure_error FLIGHTS-FOLDER RESULT.json DATASET...");
+  std::vector<std::string> flights;
+  std::error_code failed;
+  for (const auto& entry : std::filesystem::directory_iterator(arguments[0], failed)) {
+    if (entry.path().extension() == ".json") flights.push_back(entry.path().string());
+  }
+  std::sort(flights.begin(), flights.end());
+  if (failed || flights.empty()) return makeError("{}: has no flights", arguments[0]);
+
+  BenchResult result;
+  result.bench = "error";
+  for (size_t i = 2; i < arguments.size(); ++i) TERRANE_TRY(measureDataset(arguments[i], flights, result));
+
+  const auto largest = [&](const char* member) {
+    double value = 0.0;
+    for (const auto& row : result.rows) value = std::max(value, row[member].get<double>());
+    return value;
+  };
+  const auto sum = [&](const char* member) {
+    double value = 0.0;
+    for (const auto& row : result.rows) value += row[member].get<double>();
+    return value;
+  };
+  result.bars = {{"max_error_over_tau", largest("max_error_over_tau"), "", 1.0},
+                 {"cracks_resident", sum("cracks") + sum("see_through"), "pixels", 0.0},
+                 {"cracks_loading", sum("loading_cracks"), "pixels", 0.0}};
+  std::fputs(result.toTable().c_str(), stdout);
+  TERRANE_TRY(writeTextFile(arguments[1], result.toJson().dump(1) + "\n"));
+  return result.allHold() ? Status() : Status(makeError("a bar does not hold"));
+}
+
+}  // namespace
+}  // namespace terrane
+
+int main(int argc, char** argv) {
+  const terrane::Status done = terrane::run(std::vector<std::string>(argv + 1, argv + argc));
+  if (done.ok()) return 0;
+  std::fprintf(stderr, "measure_error: %s\n", done.error().message.c_str());
+  return 1;
+}
