@@ -10,8 +10,8 @@
 namespace terrane {
 namespace {
 
-/// Beyond it, zstd gains less than a per cent on these bytes.
-constexpr int kZstdLevel = 3;
+/// Level 19 makes tiles 2 to 12 per cent smaller and takes ten times as long; level 3 is twice as fast.
+constexpr int kZstdLevel = 9;
 
 struct ContextDeleter {
   void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }

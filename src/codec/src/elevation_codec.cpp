@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <optional>
 
 #include "byte_streams.h"
+#include "node_ranges.h"
 #include "parent_samples.h"
 #include "sample_lattice.h"
 #include "terrane/base/check.h"
@@ -89,72 +91,93 @@ bool isRange(uint16_t low, uint16_t high) {
   return low <= high || (low == 65535 && high == 0);
 }
 
-/// Node ranges as numbers that are small where neighbours are alike: the low code's difference to the node
-/// before, and the same of the range's width, both modulo 2^16.
-void packRanges(const TileNodes& nodes, std::vector<uint32_t>& lows, std::vector<uint32_t>& widths) {
-  uint16_t lastLow = 0;
-  uint16_t lastWidth = 0;
-  const auto difference = [](uint16_t a, uint16_t b) {
-    return zigzag(static_cast<int16_t>(static_cast<uint16_t>(a - b))) & 0xffffU;
-  };
-  for (size_t i = 0; i < nodes.low.size(); ++i) {
+/// A code as a small number where it is near to what is expected; differences are modulo the code's width.
+uint32_t differenceTo(uint16_t expected, uint16_t code) {
+  return zigzag(static_cast<int16_t>(static_cast<uint16_t>(code - expected))) & 0xffffU;
+}
+uint32_t differenceTo(uint8_t expected, uint8_t code) {
+  return zigzag(static_cast<int8_t>(static_cast<uint8_t>(code - expected))) & 0xffU;
+}
+
+/// Calls visit(index, place) for a tile's nodes from the finest level up, which is the payload's order.
+template <class Visit>
+void visitNodes(bool isRoot, Visit&& visit) {
+  for (int level = kNodeLevels - 1; level >= firstNodeLevel(isRoot); --level) {
+    const int offset = nodeOffset(level, isRoot);
+    for (int i = offset; i < offset + nodeCount(level); ++i)
+      visit(static_cast<size_t>(i), nodePlace(i, isRoot));
+  }
+}
+
+/// Error codes, each as its difference to the one before; height ranges, as their differences to what is
+/// expected.
+void writeNodes(const Tile& tile, const ElevationScale& scale, bool isRoot, ByteWriter& out) {
+  const TileNodes& nodes = tile.nodes;
+  std::vector<uint32_t> errors;
+  uint8_t last = 0;
+  for (const std::vector<uint8_t>* codes : {&nodes.error, &nodes.largeError}) {
+    for (const uint8_t code : *codes) {
+      errors.push_back(differenceTo(last, code));
+      last = code;
+    }
+  }
+
+  std::vector<uint32_t> lows;
+  std::vector<uint32_t> highs;
+  const RangePredictor predictor(tile, nodes, scale, isRoot);
+  visitNodes(isRoot, [&](size_t i, const NodePlace& place) {
     TERRANE_CHECK(isRange(nodes.low[i], nodes.high[i]), "node {}: range {} {}", i, nodes.low[i],
                   nodes.high[i]);
-    const auto width = static_cast<uint16_t>(nodes.high[i] - nodes.low[i]);
-    lows.push_back(difference(nodes.low[i], lastLow));
-    widths.push_back(difference(width, lastWidth));
-    lastLow = nodes.low[i];
-    lastWidth = width;
-  }
-}
-
-void unpackRanges(const std::vector<uint32_t>& lows, const std::vector<uint32_t>& widths, TileNodes& nodes) {
-  uint16_t low = 0;
-  uint16_t width = 0;
-  for (size_t i = 0; i < lows.size(); ++i) {
-    low = static_cast<uint16_t>(low + unzigzag(lows[i]));
-    width = static_cast<uint16_t>(width + unzigzag(widths[i]));
-    nodes.low[i] = low;
-    nodes.high[i] = static_cast<uint16_t>(low + width);
-  }
-}
-
-void writeNodes(const TileNodes& nodes, ByteWriter& out) {
-  std::vector<uint32_t> errors(nodes.error.begin(), nodes.error.end());
-  errors.insert(errors.end(), nodes.largeError.begin(), nodes.largeError.end());
-  std::vector<uint32_t> lows;
-  std::vector<uint32_t> widths;
-  packRanges(nodes, lows, widths);
+    const RangePredictor::Range expected = predictor.expect(place);
+    lows.push_back(differenceTo(expected.low, nodes.low[i]));
+    highs.push_back(differenceTo(expected.high, nodes.high[i]));
+  });
   out.column(errors);
   out.column(lows);
-  out.column(widths);
+  out.column(highs);
 }
 
-Status readNodes(ByteReader& in, size_t count, size_t largeCount, TileNodes& nodes) {
+/// The tile's samples and children must be there.
+Status readNodes(ByteReader& in, const ElevationScale& scale, bool isRoot, Tile& tile) {
+  TileNodes& nodes = tile.nodes;
+  const auto count = static_cast<size_t>(tileNodeCount(isRoot));
+  const auto largeCount = static_cast<size_t>(tileLargeNodeCount(isRoot));
   const size_t start = in.offset();
   std::vector<uint32_t> errors(count + largeCount);
   std::vector<uint32_t> lows(count);
-  std::vector<uint32_t> widths(count);
+  std::vector<uint32_t> highs(count);
   TERRANE_TRY(in.column(errors));
   TERRANE_TRY(in.column(lows));
-  TERRANE_TRY(in.column(widths));
-  for (size_t i = 0; i < errors.size(); ++i) {
-    if (errors[i] > 255 || (i < count && (lows[i] > 65535 || widths[i] > 65535))) {
-      return makeError("byte {}: node {} has a code out of range", start, i);
-    }
+  TERRANE_TRY(in.column(highs));
+  if (*std::max_element(errors.begin(), errors.end()) > 255 ||
+      *std::max_element(lows.begin(), lows.end()) > 65535 ||
+      *std::max_element(highs.begin(), highs.end()) > 65535) {
+    return makeError("byte {}: a node's code is out of range", start);
   }
 
-  const auto large = errors.begin() + static_cast<std::ptrdiff_t>(count);
-  nodes.error.assign(errors.begin(), large);
-  nodes.largeError.assign(large, errors.end());
+  nodes.error.resize(count);
+  nodes.largeError.resize(largeCount);
+  uint8_t last = 0;
+  for (size_t i = 0; i < errors.size(); ++i) {
+    last = static_cast<uint8_t>(last + unzigzag(errors[i]));
+    (i < count ? nodes.error[i] : nodes.largeError[i - count]) = last;
+  }
+
   nodes.low.resize(count);
   nodes.high.resize(count);
-  unpackRanges(lows, widths, nodes);
-  for (size_t i = 0; i < count; ++i) {
-    if (!isRange(nodes.low[i], nodes.high[i])) {
-      return makeError("byte {}: node {} has its low {} above its high {}", start, i, nodes.low[i],
-                       nodes.high[i]);
-    }
+  const RangePredictor predictor(tile, nodes, scale, isRoot);
+  size_t next = 0;
+  std::optional<size_t> wrong;
+  visitNodes(isRoot, [&](size_t i, const NodePlace& place) {
+    const RangePredictor::Range expected = predictor.expect(place);
+    nodes.low[i] = static_cast<uint16_t>(expected.low + unzigzag(lows[next]));
+    nodes.high[i] = static_cast<uint16_t>(expected.high + unzigzag(highs[next]));
+    if (!isRange(nodes.low[i], nodes.high[i])) wrong = i;
+    ++next;
+  });
+  if (wrong) {
+    return makeError("byte {}: node {} has its low {} above its high {}", start, *wrong, nodes.low[*wrong],
+                     nodes.high[*wrong]);
   }
   return {};
 }
@@ -445,7 +468,6 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
                                 static_cast<unsigned>(coverageMode) << 3));
   out.byte(0);
   writeChildren(tile.children, out);
-  writeNodes(tile.nodes, out);
   if (statesMode == StatesMode::Explicit) {
     std::vector<uint8_t> packed((states.size() + 3) / 4, 0);
     for (size_t i = 0; i < states.size(); ++i) {
@@ -463,6 +485,7 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
   out.column(encoder.quadResiduals);
   out.column(encoder.edgeResiduals);
   if (coverageMode == CoverageMode::Bitmap) out.section(tile.samples.coverage.bits);
+  writeNodes(tile, scale, isRoot, out);
   return out.take();
 }
 
@@ -490,8 +513,6 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
 
   Tile tile;
   TERRANE_TRY(readChildren(in, tile.children));
-  TERRANE_TRY(readNodes(in, static_cast<size_t>(tileNodeCount(isRoot)),
-                        static_cast<size_t>(tileLargeNodeCount(isRoot)), tile.nodes));
 
   // What the tile has before its own samples: its parent's, or the world's four corners.
   const OwnCounts counts = ownCounts(isRoot);
@@ -527,6 +548,7 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
   }
 
   TERRANE_TRY(readCoverage(in, coverageMode, tile.samples));
+  TERRANE_TRY(readNodes(in, scale, isRoot, tile));
   if (in.remaining() != 0) return makeError("byte {}: {} bytes too many", in.offset(), in.remaining());
   return tile;
 }

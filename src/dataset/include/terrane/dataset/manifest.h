@@ -12,10 +12,10 @@ namespace terrane {
 
 /// One raster that a dataset was built from.
 struct InputRecord {
-  std::string name;        ///< file name without folders
+  std::string name;  ///< file name without folders
   uint64_t bytes = 0;
-  std::string sha256;      ///< of the file, hexadecimal
-  int width = 0;           ///< pixels
+  std::string sha256;  ///< of the file, hexadecimal
+  int width = 0;       ///< pixels
   int height = 0;
   std::string dataType;    ///< GDAL's name: "Int16", "Float32"
   std::string sourceCrs;   ///< WKT2 that was used, given or the input's own
@@ -37,24 +37,24 @@ struct Manifest {
   static constexpr int kFormatVersion = 1;
 
   int formatVersion = kFormatVersion;
-  std::string name;         ///< the dataset directory's stem when it was built
-  std::string crsWkt;       ///< WKT2, projected
-  std::string crsName;      ///< for people: "WGS 84 / UTM zone 32N"
+  std::string name;     ///< the dataset directory's stem when it was built
+  std::string crsWkt;   ///< WKT2, projected
+  std::string crsName;  ///< for people: "WGS 84 / UTM zone 32N"
   Frame frame;
-  int64_t extentCols = 0;   ///< samples from the world's north-west corner that can hold data, finest level
+  int64_t extentCols = 0;  ///< samples from the world's north-west corner that can hold data, finest level
   int64_t extentRows = 0;
-  double minHeight = 0.0;   ///< metres, over ground
+  double minHeight = 0.0;  ///< metres, over ground
   double maxHeight = 0.0;
   double maxErrorMeters = 0.0;  ///< stated bound |dataset - source| at the finest level; 0 for lossless
   ElevationScale scale;
-  uint64_t tileCount = 0;       ///< stored elevation tiles
-  double coveredCells = 0.0;    ///< cells of the finest level that are ground
-  std::string verticalDatum;    ///< free text, empty when unknown
+  uint64_t tileCount = 0;     ///< stored elevation tiles
+  double coveredCells = 0.0;  ///< cells of the finest level that are ground
+  std::string verticalDatum;  ///< free text, empty when unknown
   std::string attribution;
   std::vector<ArchiveRecord> archives;
   std::vector<InputRecord> inputs;
-  std::string builtBy;          ///< "terrane 0.1.0"
-  std::string buildOptions;     ///< the options that shaped the result, as on the command line
+  std::string builtBy;       ///< "terrane 0.1.0"
+  std::string buildOptions;  ///< the options that shaped the result, as on the command line
 };
 
 /// The manifest as JSON text, with "manifestSha256" over the whole text with that member's 64 digits taken as

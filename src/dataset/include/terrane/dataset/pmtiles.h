@@ -27,7 +27,8 @@ class PmtilesWriter {
   PmtilesWriter(PmtilesWriter&&) noexcept;
   PmtilesWriter& operator=(PmtilesWriter&&) noexcept;
 
-  /// Appends a tile of at least one byte; ids must ascend. Identical neighbours are stored once (run lengths).
+  /// Appends a tile of at least one byte; ids must ascend. Identical neighbours are stored once (run
+  /// lengths).
   Status add(TileId id, std::span<const uint8_t> bytes);
   /// Writes directories, `metadataJson` and header, syncs and closes.
   Status finish(const std::string& metadataJson);
@@ -38,8 +39,8 @@ class PmtilesWriter {
   std::unique_ptr<State> state_;
 };
 
-/// Reads a PMTiles v3 archive of the kind that PmtilesWriter makes (docs/format/dataset-v1.md). Const calls may
-/// come from any thread.
+/// Reads a PMTiles v3 archive of the kind that PmtilesWriter makes (docs/format/dataset-v1.md). Const calls
+/// may come from any thread.
 class PmtilesReader {
  public:
   /// Reads and checks the header and all directories, 24 bytes of memory an entry; whatever the file holds,

@@ -1,0 +1,88 @@
+#include "node_ranges.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "terrane/tiling/lattice.h"
+
+namespace terrane {
+namespace {
+
+constexpr int kBlockCells = 8;
+constexpr int kBlocks = kTileCells / kBlockCells;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+}  // namespace
+
+RangePredictor::RangePredictor(const Tile& tile, const TileNodes& nodes, const ElevationScale& scale,
+                               bool isRoot)
+    : tile_(tile),
+      nodes_(nodes),
+      scale_(scale),
+      isRoot_(isRoot),
+      blockLow_(kBlocks * kBlocks, kInfinity),
+      blockHigh_(kBlocks * kBlocks, -kInfinity) {
+  // note: a block's border samples belong to the blocks on both sides.
+  std::array<float, kTileSamples> rowLow;
+  std::array<float, kTileSamples> rowHigh;
+  for (int blockRow = 0; blockRow < kBlocks; ++blockRow) {
+    rowLow.fill(kInfinity);
+    rowHigh.fill(-kInfinity);
+    for (int y = blockRow * kBlockCells; y <= (blockRow + 1) * kBlockCells; ++y) {
+      const float* heights = tile.samples.heights.data() + y * kTileSamples;
+      const SampleState* states = tile.samples.states.data() + y * kTileSamples;
+      for (size_t x = 0; x < kTileSamples; ++x) {
+        const bool isVoid = states[x] == SampleState::Void;
+        rowLow[x] = std::min(rowLow[x], isVoid ? kInfinity : heights[x]);
+        rowHigh[x] = std::max(rowHigh[x], isVoid ? -kInfinity : heights[x]);
+      }
+    }
+    for (int blockCol = 0; blockCol < kBlocks; ++blockCol) {
+      const auto block = static_cast<size_t>(blockRow * kBlocks + blockCol);
+      const auto first = static_cast<size_t>(blockCol * kBlockCells);
+      blockLow_[block] = *std::min_element(&rowLow[first], &rowLow[first] + kBlockCells + 1);
+      blockHigh_[block] = *std::max_element(&rowHigh[first], &rowHigh[first] + kBlockCells + 1);
+    }
+  }
+}
+
+RangePredictor::Range RangePredictor::expect(const NodePlace& place) const {
+  return place.nodeLevel == kNodeLevels - 1 ? ofSamples(place) : ofChildren(place);
+}
+
+RangePredictor::Range RangePredictor::ofSamples(const NodePlace& quad) const {
+  // Where a finer tile is stored, the quad's descendants fill the octagon of |x|, |y| <= 24, |x| + |y| <= 32.
+  const int quadrant = (quad.x < kTileCells / 2 ? 0 : 1) + (quad.y < kTileCells / 2 ? 0 : 2);
+  const bool isFinest = tile_.children[static_cast<size_t>(quadrant)].state != ChildState::Present;
+  const int reach = isFinest ? 1 : 3;
+  const int sum = isFinest ? 2 : 4;
+
+  float low = kInfinity;
+  float high = -kInfinity;
+  for (int down = -reach; down < reach; ++down) {
+    const int rowReach = std::min(reach, sum - std::max(-down, down + 1));
+    const int row = quad.y / kBlockCells + down;
+    if (row < 0 || row >= kBlocks) continue;
+    const int firstCol = std::max(quad.x / kBlockCells - rowReach, 0);
+    const int endCol = std::min(quad.x / kBlockCells + rowReach, kBlocks);
+    for (int col = firstCol; col < endCol; ++col) {
+      low = std::min(low, blockLow_[static_cast<size_t>(row * kBlocks + col)]);
+      high = std::max(high, blockHigh_[static_cast<size_t>(row * kBlocks + col)]);
+    }
+  }
+  if (low > high) return {};
+  return {scale_.lowCode(static_cast<double>(low)), scale_.highCode(static_cast<double>(high))};
+}
+
+RangePredictor::Range RangePredictor::ofChildren(const NodePlace& place) const {
+  Range range;
+  for (const Diamond& child : Lattice(0).children({place.x, place.y, place.nodeLevel})) {
+    const auto index = static_cast<size_t>(nodeIndex(child.level, child.x, child.y, isRoot_));
+    range.low = std::min(range.low, nodes_.low[index]);
+    range.high = std::max(range.high, nodes_.high[index]);
+  }
+  return range;
+}
+
+}  // namespace terrane
