@@ -1,0 +1,47 @@
+# The datasets that benches measure on, built where they are missing or older than the program: two real ones
+# where the test data stands beside the repository, and the demo. Sourced; sets the array `datasets`.
+# shellcheck shell=bash
+
+readonly terrane=build/release/bin/terrane
+readonly real_data=../shared/data
+readonly bench_data=build/bench/data
+
+# Builds a dataset NAME from INPUT, quietly, if need be.
+bench_dataset() {
+  local name=$1 input=$2
+  local out=$bench_data/$name.terrane
+  if [[ ! $out/manifest.json -nt $terrane ]]; then
+    echo "Building $out" >&2
+    "$terrane" build "$input" -o "$out" --overwrite -q
+  fi
+  datasets+=("$out")
+}
+
+# A synthetic terrain of SIZE samples a side as a dataset.
+synthetic_dataset() {
+  local name=$1 size=$2 seed=$3
+  local tif=$bench_data/$name.tif
+  if [[ ! $tif -nt $terrane ]]; then
+    echo "Making $tif" >&2
+    rm -f "$tif"
+    "$terrane" synth -o "$tif" --size "$size" --seed "$seed" -q
+  fi
+  bench_dataset "$name" "$tif"
+}
+
+# A real dataset where there is one, else a synthetic one with another seed in its place.
+real_dataset() {
+  local name=$1 file=$2 seed=$3
+  if [[ -f $real_data/$file ]]; then
+    bench_dataset "$name" "$real_data/$file"
+  else
+    echo "$real_data/$file is absent: made-up terrain stands in for it" >&2
+    synthetic_dataset "stand_in_$seed" 1025 "$seed"
+  fi
+}
+
+datasets=()
+mkdir -p "$bench_data"
+real_dataset bigtujunga bigtujunga/bigtujunga.tif 11
+real_dataset swiss_alps swiss_alps_n46e008/N46E008.tif 12
+synthetic_dataset demo 2049 1
