@@ -1,0 +1,99 @@
+// Writes the seeds of the corpora: make_corpus FOLDER. Existing files of the same names are replaced.
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "example_manifest.h"
+#include "fuzz_tiles.h"
+#include "pmtiles_format.h"
+#include "random_tiles.h"
+#include "terrane/dataset/manifest.h"
+#include "terrane/dataset/pmtiles.h"
+
+namespace terrane {
+namespace {
+
+std::filesystem::path folder;
+
+void store(const std::string& corpus, const std::string& name, const std::vector<uint8_t>& bytes) {
+  std::filesystem::create_directories(folder / corpus);
+  std::ofstream(folder / corpus / name, std::ios::binary | std::ios::trunc)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+void storeTile(const std::string& name, uint8_t head, const std::vector<uint8_t>& payload) {
+  std::vector<uint8_t> bytes{head};
+  bytes.insert(bytes.end(), payload.begin(), payload.end());
+  store("elevation_payload", name, bytes);
+}
+
+void makePayloads() {
+  std::mt19937 random(1);
+  RandomTileOptions flat{.interpolatedShare = 1.0, .roughness = 0, .startRange = 0};
+  RandomTileOptions mixed{
+      .voidShare = 0.3, .interpolatedShare = 0.5, .roughness = 1, .partialCoverage = true};
+  const Tile parent = fuzzParent();
+  storeTile("root_flat", 0,
+            encodeTile(randomTile({}, nullptr, kFuzzScale, flat, random), nullptr, 0, kFuzzScale));
+  storeTile("root_mixed", 0,
+            encodeTile(randomTile({}, nullptr, kFuzzScale, mixed, random), nullptr, 0, kFuzzScale));
+  for (int quadrant = 0; quadrant < 4; ++quadrant) {
+    const RandomTileOptions& options = quadrant == 0 ? flat : mixed;
+    const Tile tile = randomTile(TileId{}.child(quadrant), &parent.samples, kFuzzScale, options, random);
+    storeTile("child_" + std::to_string(quadrant), static_cast<uint8_t>(1 | quadrant << 1),
+              encodeTile(tile, &parent.samples, quadrant, kFuzzScale));
+  }
+}
+
+void makeArchives() {
+  const std::string path = (folder / "archive.pmtiles").string();
+  std::filesystem::remove(path);
+  auto writer = PmtilesWriter::create(path);
+  TERRANE_CHECK(writer.ok(), "{}", writer.error().message);
+  for (const TileId id : {TileId{}, TileId{1, 0, 0}, TileId{1, 0, 1}, TileId{1, 1, 1}, TileId{2, 3, 0}}) {
+    const std::vector<uint8_t> tile(20, static_cast<uint8_t>(id.level));
+    TERRANE_CHECK(writer->add(id, tile).ok());
+  }
+  TERRANE_CHECK(writer->finish("{}").ok());
+  std::ifstream in(path, std::ios::binary);
+  std::vector<uint8_t> bytes{0};
+  bytes.insert(bytes.end(), std::istreambuf_iterator<char>(in), {});
+  std::filesystem::remove(path);
+  store("pmtiles_archive", "whole", bytes);
+
+  const std::vector<PmtilesEntry> leaf{{5, 0, 20, 1}, {6, 20, 30, 3}};
+  const std::vector<uint8_t> leafBytes = directoryToBytes(leaf);
+  const auto packedLeaf = static_cast<uint32_t>(gzip(leafBytes).size());
+  const std::vector<std::pair<std::string, std::vector<PmtilesEntry>>> roots{
+      {"root_of_tiles", {{0, 0, 20, 1}, {1, 20, 10, 4}}},
+      {"root_of_leaves", {{0, 0, 20, 1}, {5, 0, packedLeaf, 0}}}};
+  for (const auto& [name, entries] : roots) {
+    const std::vector<uint8_t> root = directoryToBytes(entries);
+    std::vector<uint8_t> input{static_cast<uint8_t>(root.size())};
+    input.insert(input.end(), root.begin(), root.end());
+    input.insert(input.end(), leafBytes.begin(), leafBytes.end());
+    store("pmtiles_archive", name, input);
+  }
+}
+
+void makeManifest() {
+  const std::string text = manifestToJson(exampleManifest());
+  store("manifest_json", "example", {text.begin(), text.end()});
+}
+
+}  // namespace
+}  // namespace terrane
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: make_corpus FOLDER\n");
+    return 2;
+  }
+  terrane::folder = argv[1];
+  terrane::makePayloads();
+  terrane::makeArchives();
+  terrane::makeManifest();
+}
