@@ -16,6 +16,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::string_view kSealMember = "\"manifestSha256\": \"";
 constexpr size_t kSealDigits = 64;
 constexpr const char* kFormat = "terrane-dataset";
+constexpr const char* kElevationArchive = "elevation.pmtiles";
 constexpr const char* kElevationCodec = "terrane-elevation";
 constexpr int kElevationCodecVersion = 1;
 /// Integers beyond it are not safe in every JSON reader.
@@ -178,8 +179,11 @@ void readFrame(const MemberReader& members, Manifest& manifest) {
 void readElevation(const MemberReader& members, Manifest& manifest) {
   ElevationScale& scale = manifest.scale;
   const MemberReader json = members.object("layers").object("elevation");
+  std::string archive;
   std::string codec;
   int codecVersion = 0;
+  json.read("archive", archive);
+  if (archive != kElevationArchive) json.fail("archive", fmt::format("is not \"{}\"", kElevationArchive));
   json.read("codec", codec);
   if (codec != kElevationCodec) json.fail("codec", fmt::format("is not \"{}\"", kElevationCodec));
   json.readInteger("codecVersion", codecVersion, 1, kElevationCodecVersion);
@@ -245,7 +249,7 @@ std::string manifestToJson(const Manifest& manifest) {
       {"extent", {{"cols", manifest.extentCols}, {"rows", manifest.extentRows}}},
       {"layers",
        {{"elevation",
-         {{"archive", "elevation.pmtiles"},
+         {{"archive", kElevationArchive},
           {"codec", kElevationCodec},
           {"codecVersion", kElevationCodecVersion},
           {"heightStep", scale.heightStep},
