@@ -71,6 +71,7 @@ Status Context::readCapabilities(const ContextOptions& options) {
   workarounds_.noClipControl =
       options.forbidClipControl || (isGles() && !epoxy_has_gl_extension("GL_EXT_clip_control"));
   workarounds_.noSampleShading = isGles() && version < 32;
+  workarounds_.slowSampleShading = isSoftware_;
   workarounds_.noTimerQuery = isGles() && !epoxy_has_gl_extension("GL_EXT_disjoint_timer_query");
 
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
@@ -91,8 +92,10 @@ std::string Context::shaderPrologue() const {
 void Context::setClipDepthZeroToOne(bool zeroToOne) const {
   TERRANE_CHECK(!workarounds_.noClipControl, "{} has no clip control", rendererName_);
   const GLenum depth = zeroToOne ? GL_ZERO_TO_ONE : GL_NEGATIVE_ONE_TO_ONE;
-  if (isGles()) glClipControlEXT(GL_LOWER_LEFT, depth);
-  else glClipControl(GL_LOWER_LEFT, depth);
+  if (isGles())
+    glClipControlEXT(GL_LOWER_LEFT, depth);
+  else
+    glClipControl(GL_LOWER_LEFT, depth);
 }
 
 Status Context::checkErrors(const std::string& doing) const {

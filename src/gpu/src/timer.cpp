@@ -11,6 +11,7 @@ Timer::Timer(const Context& context)
 }
 
 void Timer::begin() {
+  began_ = std::chrono::steady_clock::now();
   if (works_) glBeginQuery(GL_TIME_ELAPSED, query_.get());
 }
 
@@ -27,7 +28,11 @@ std::optional<double> Timer::seconds() {
     glGetQueryObjectui64vEXT(query_.get(), GL_QUERY_RESULT_EXT, &nanoseconds);
   else
     glGetQueryObjectui64v(query_.get(), GL_QUERY_RESULT, &nanoseconds);
-  return static_cast<double>(nanoseconds) * 1e-9;
+  // note: llvmpipe's first answer counts from the machine's start; no work takes longer than it has existed.
+  const double seconds = static_cast<double>(nanoseconds) * 1e-9;
+  const std::chrono::duration<double> sinceBegin = std::chrono::steady_clock::now() - began_;
+  if (seconds > sinceBegin.count()) return std::nullopt;
+  return seconds;
 }
 
 }  // namespace terrane::gpu

@@ -35,6 +35,9 @@ struct Workarounds {
   /// A fragment shader cannot run once a sample, so that edges which it makes itself (discard, drawn lines)
   /// stay jagged under multi-sampling. OpenGL ES 3.0. Then a larger picture is drawn and shrunk instead.
   bool noSampleShading = false;
+  /// Running the fragment shader once a sample costs far more than drawing a larger picture: llvmpipe takes
+  /// three times as long. Then a larger picture is drawn and shrunk instead.
+  bool slowSampleShading = false;
   /// No timer query. OpenGL ES without EXT_disjoint_timer_query. Then GPU times are not reported.
   bool noTimerQuery = false;
 };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <optional>
 
 #include "terrane/gpu/context.h"
@@ -23,6 +24,7 @@ class Timer {
   bool works_ = false;
   bool isGles_ = false;
   bool ended_ = false;
+  std::chrono::steady_clock::time_point began_;
   Name<deleteQuery> query_;
 };
 

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "terrane/base/result.h"
+#include "terrane/codec/tile.h"
+#include "terrane/gpu/context.h"
+#include "terrane/gpu/framebuffer.h"
+#include "terrane/lod/cut.h"
+#include "terrane/render/render_style.h"
+#include "terrane/tiling/camera.h"
+#include "terrane/tiling/frame.h"
+
+namespace terrane {
+
+/// What drawing one picture took.
+struct DrawStatistics {
+  int64_t patches = 0;
+  int64_t triangles = 0;
+  int tiles = 0;                     ///< different tiles that heights were read from
+  int drawCalls = 0;                 ///< of the terrain; sky, lines and finishing not counted
+  int samples = 1;                   ///< a pixel
+  std::optional<double> gpuSeconds;  ///< where the driver can tell
+};
+
+/// Draws cuts of K-patches. It keeps the tiles that were handed to it on the GPU until they are dropped;
+/// which those are is the caller's choice. All calls on the thread of the context, which must outlive it.
+class TerrainRenderer {
+ public:
+  /// Compiles the shaders. Fails, with the compiler's words, where the driver does not take them.
+  static Result<std::unique_ptr<TerrainRenderer>> create(gpu::Context& context);
+  ~TerrainRenderer();
+
+  /// Puts a decoded tile on the GPU, replacing the one of that address; the tile is not needed afterwards.
+  /// About two milliseconds and 0.65 MB. Fails where the GPU is full, and then keeps what it had.
+  Status uploadTile(TileId id, const Tile& tile);
+  bool hasTile(TileId id) const;
+  /// Forgets a tile; nothing happens if it is not there.
+  void dropTile(TileId id);
+  size_t tileCount() const;
+  /// Bytes of GPU memory that tiles take, free layers included.
+  size_t gpuBytes() const;
+
+  /// Draws a cut into `target`, an RGBA8 picture of the camera's size: sRGB, opaque. Every patch's tile must
+  /// be there; a shading tile that is not is replaced by its nearest ancestor.
+  Result<DrawStatistics> draw(const Cut& cut, const Frame& frame, const Camera& camera,
+                              const RenderStyle& style, const gpu::Framebuffer& target);
+
+  /// A picture and what it took.
+  struct Picture {
+    std::vector<uint8_t> rgba;  ///< four bytes a pixel, row by row from the top
+    DrawStatistics statistics;
+  };
+  /// Draws a cut into a picture of the camera's size and reads it back.
+  Result<Picture> drawPicture(const Cut& cut, const Frame& frame, const Camera& camera,
+                              const RenderStyle& style);
+
+  /// The place in local coordinates under each pixel's centre, row by row from the top; NaN where there is no
+  /// ground. `exaggeration` is that of the camera's world; heights are returned without it. A place lies on
+  /// its pixel's ray exactly, and on the drawn surface to about 2^-23 of the distance; but where the surface
+  /// folds away from the eye it may belong to the extension of a triangle that the ray misses by 1/256 pixel,
+  /// since that is how exactly rasterisers know where triangles end.
+  Result<std::vector<glm::dvec3>> drawPositions(const Cut& cut, const Frame& frame, const Camera& camera,
+                                                double exaggeration = 1.0);
+
+ private:
+  struct Parts;
+  explicit TerrainRenderer(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace terrane

@@ -1,0 +1,38 @@
+// One vertex of one K-patch: the template's vertex, turned and moved onto the lattice.
+layout(location = 0) in ivec2 aTemplate;  // in template units, see PatchPlacement
+layout(location = 1) in ivec4 aLattice;   // xy: origin from the anchor, z: unit, w: quarter turns
+layout(location = 2) in ivec4 aTexel;     // xy: origin in the height tile, z: unit there, w: layer
+layout(location = 3) in vec4 aShading;    // xy: origin in the shading tile, z: unit there, w: its cells in a finest data cell
+layout(location = 4) in ivec4 aLayers;    // x: shading layer, y: coverage layer (-1: all ground), z: colour, w: error in pixels as float bits
+
+uniform sampler2DArray uHeights;
+uniform int uTemplate;  // 0: right-angle, 1: hypotenuse
+
+out vec3 vPlace;    // from the eye, metres
+out vec2 vShading;  // cells of the shading tile
+out vec2 vGrid;     // cells of the patch: the right angle's legs are its axes in both templates
+out float vHeight;  // metres
+flat out ivec4 vLayers;
+flat out float vShadingScale;
+invariant gl_Position;
+
+ivec2 rotateQuarters(ivec2 p, int quarters) {
+  if (quarters == 0) return p;
+  if (quarters == 1) return ivec2(-p.y, p.x);
+  if (quarters == 2) return -p;
+  return ivec2(p.y, -p.x);
+}
+
+void main() {
+  ivec2 turned = rotateQuarters(aTemplate, aLattice.w);
+  ivec2 texel = aTexel.xy + turned * aTexel.z;
+  float height = texelFetch(uHeights, ivec3(texel, aTexel.w), 0).r;
+  vec3 place = placeVertex(aLattice.xy + turned * aLattice.z, height);
+  gl_Position = clipFromEye(place);
+  vPlace = place;
+  vHeight = height;
+  vShading = aShading.xy + vec2(turned) * aShading.z;
+  vGrid = uTemplate == 0 ? vec2(aTemplate) : vec2(aTemplate.x + aTemplate.y, aTemplate.x - aTemplate.y) * 0.5;
+  vLayers = aLayers;
+  vShadingScale = aShading.w;
+}

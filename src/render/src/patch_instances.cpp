@@ -1,0 +1,100 @@
+#include "patch_instances.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <unordered_set>
+
+namespace terrane {
+
+namespace {
+
+/// A colour of its own for a tile, the same in every run: the hue jumps by the golden angle.
+int32_t tileColor(TileId id) {
+  const auto hash = static_cast<uint32_t>(TileIdHash{}(id) >> 16);
+  const double hue = std::fmod(static_cast<double>(hash & 0xffffU) * 0.6180339887498949, 1.0) * 6.0;
+  const double lightness = 0.62 + 0.26 * static_cast<double>(hash >> 16 & 0xffU) / 255.0;
+  const auto channel = [&](double shift) {
+    const double wave = std::clamp(std::abs(std::fmod(hue + shift, 6.0) - 3.0) - 1.0, 0.0, 1.0);
+    return static_cast<int32_t>(std::lround(255.0 * lightness * (0.42 + 0.58 * wave)));
+  };
+  return channel(0.0) | channel(4.0) << 8 | channel(2.0) << 16;
+}
+
+/// 2 to the power of a small integer, exactly.
+double powerOfTwo(int exponent) {
+  return std::ldexp(1.0, exponent);
+}
+
+}  // namespace
+
+glm::dvec2 latticeSpacing(const Frame& frame, int latticeDepth) {
+  const double cells = powerOfTwo(frame.finestLevel - latticeDepth);
+  return {frame.spacingXMeters() * cells, frame.spacingYMeters() * cells};
+}
+
+LatticePoint anchorNear(const Lattice& lattice, const Frame& frame, glm::dvec3 pointLocal) {
+  const glm::dvec2 spacing = latticeSpacing(frame, lattice.depth());
+  const double least = -static_cast<double>(lattice.side());
+  const double most = 2.0 * lattice.side();
+  return {static_cast<int32_t>(std::clamp(std::round(pointLocal.x / spacing.x), least, most)),
+          static_cast<int32_t>(std::clamp(std::round(-pointLocal.y / spacing.y), least, most))};
+}
+
+Result<PatchInstances> makePatchInstances(const Cut& cut, const Frame& frame, LatticePoint anchor,
+                                          const TileStore& tiles) {
+  const Lattice lattice(cut.latticeDepth);
+  PatchInstances out;
+  std::unordered_set<TileId, TileIdHash> used;
+  for (const Patch& patch : cut.patches) {
+    const TileStore::Entry* heights = tiles.find(patch.tile);
+    if (heights == nullptr)
+      return makeError("the cut draws tile {}, which was not uploaded", toString(patch.tile));
+    TileId shadingId = patch.shadingTile;
+    const TileStore::Entry* shading = tiles.find(shadingId);
+    while (shading == nullptr && shadingId.level > patch.tile.level) {
+      shadingId = shadingId.parent();
+      shading = tiles.find(shadingId);
+    }
+    if (shading == nullptr)
+      return makeError("tile {} cannot light a patch of {}", toString(patch.shadingTile),
+                       toString(patch.tile));
+    used.insert(patch.tile);
+    if (shading->coverage == Coverage::Kind::None) continue;
+
+    const PatchPlacement place = placePatch(lattice, cut.grid, patch.triangle);
+    PatchInstance instance;
+    instance.lattice = {place.origin.x - anchor.x, place.origin.y - anchor.y, place.unit, place.rotation};
+
+    // In the height tile every vertex is a sample.
+    const int shift = cut.latticeDepth - patch.tile.level;
+    instance.texel = {(place.origin.x >> shift) - patch.tile.col * kTileCells,
+                      (place.origin.y >> shift) - patch.tile.row * kTileCells, place.unit >> shift,
+                      heights->layer};
+
+    // The shading tile may be finer than the lattice: its cells are counted in halves, quarters and so on.
+    const double scale = powerOfTwo(shadingId.level - cut.latticeDepth);
+    instance.shading = {
+        static_cast<float>(place.origin.x * scale - static_cast<double>(shadingId.col) * kTileCells),
+        static_cast<float>(place.origin.y * scale - static_cast<double>(shadingId.row) * kTileCells),
+        static_cast<float>(place.unit * scale),
+        static_cast<float>(powerOfTwo(shadingId.level - frame.finestLevel))};
+    instance.layers = {shading->layer, shading->coverageLayer, tileColor(patch.tile),
+                       std::bit_cast<int32_t>(patch.errorPixels)};
+    out.byTemplate[static_cast<size_t>(patch.triangle.diamond.level & 1)].push_back(instance);
+  }
+  out.tileCount = static_cast<int>(used.size());
+
+  // Near patches first: what they hide is not shaded.
+  const auto nearer = [](const PatchInstance& a, const PatchInstance& b) {
+    const auto squared = [](const PatchInstance& p) {
+      return static_cast<double>(p.lattice[0]) * p.lattice[0] +
+             static_cast<double>(p.lattice[1]) * p.lattice[1];
+    };
+    return squared(a) < squared(b);
+  };
+  for (auto& instances : out.byTemplate) std::stable_sort(instances.begin(), instances.end(), nearer);
+  return out;
+}
+
+}  // namespace terrane

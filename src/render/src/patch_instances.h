@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "terrane/base/result.h"
+#include "terrane/lod/cut.h"
+#include "terrane/tiling/frame.h"
+#include "terrane/tiling/lattice.h"
+#include "tile_store.h"
+
+namespace terrane {
+
+/// What the vertex shader knows of one patch; the layout of patch.vert's per-instance attributes.
+struct PatchInstance {
+  std::array<int32_t, 4> lattice{};  ///< origin from the anchor (x, y), unit, quarter turns
+  std::array<int32_t, 4> texel{};    ///< origin in the height tile (x, y), unit there, layer
+  std::array<float, 4>
+      shading{};  ///< origin in the shading tile (x, y), unit there, its cells in a finest data cell
+  std::array<int32_t, 4>
+      layers{};  ///< shading layer, coverage layer, colour 0xBBGGRR, error in pixels as float bits
+};
+static_assert(sizeof(PatchInstance) == 64);
+
+/// The instances of a cut, by template: 0 the right-angle one (even bintree levels), 1 the hypotenuse one.
+struct PatchInstances {
+  std::array<std::vector<PatchInstance>, 2> byTemplate;
+  int64_t patchCount() const {
+    return static_cast<int64_t>(byTemplate[0].size()) + static_cast<int64_t>(byTemplate[1].size());
+  }
+  int tileCount = 0;  ///< different tiles that heights are read from
+};
+
+/// The lattice point nearest to a local point; points far outside the world are moved to where its
+/// coordinates and all differences stay within 32 bits.
+LatticePoint anchorNear(const Lattice& lattice, const Frame& frame, glm::dvec3 pointLocal);
+
+/// Metres between neighbouring lattice points, (x, y).
+glm::dvec2 latticeSpacing(const Frame& frame, int latticeDepth);
+
+/// Fills in the instances of a cut, nearest to `anchor` first. A shading tile that is not resident is
+/// replaced by its nearest ancestor that is. Patches without any ground are left out. Fails if a tile that a
+/// patch's heights come from is not resident.
+Result<PatchInstances> makePatchInstances(const Cut& cut, const Frame& frame, LatticePoint anchor,
+                                          const TileStore& tiles);
+
+}  // namespace terrane

@@ -1,0 +1,307 @@
+#include "terrane/render/terrain_renderer.h"
+
+#include <glm/geometric.hpp>
+#include <limits>
+#include <utility>
+
+#include "frame_block.h"
+#include "frustum_lines.h"
+#include "patch_drawer.h"
+#include "patch_instances.h"
+#include "sample_plan.h"
+#include "shader_library.h"
+#include "terrane/gpu/timer.h"
+#include "tile_store.h"
+
+namespace terrane {
+
+namespace {
+
+constexpr int kSceneUnit = 0;
+
+struct Programs {
+  gpu::Program shade;
+  gpu::Program position;
+  gpu::Program sky;
+  gpu::Program present;
+  gpu::Program line;
+};
+
+Result<Programs> makePrograms(const gpu::Context& context) {
+  const ProgramRecipes recipes;
+  TERRANE_ASSIGN(gpu::Program shade, makeProgram(context, recipes.shade));
+  TERRANE_ASSIGN(gpu::Program position, makeProgram(context, recipes.position));
+  TERRANE_ASSIGN(gpu::Program sky, makeProgram(context, recipes.sky));
+  TERRANE_ASSIGN(gpu::Program present, makeProgram(context, recipes.present));
+  TERRANE_ASSIGN(gpu::Program line, makeProgram(context, recipes.line));
+  TileStore::setSamplers(shade);
+  TileStore::setSamplers(position);
+  return Programs{std::move(shade), std::move(position), std::move(sky), std::move(present), std::move(line)};
+}
+
+/// The pictures that a frame passes through before it is finished; kept while the size stays the same.
+struct SceneTargets {
+  SamplePlan plan;
+  gpu::Framebuffer scene;                      ///< linear light, perhaps multi-sampled
+  std::unique_ptr<gpu::Framebuffer> resolved;  ///< one sample; only where the scene has more
+  const gpu::Framebuffer& finished() const { return resolved ? *resolved : scene; }
+};
+
+Result<SceneTargets> makeSceneTargets(const gpu::Context& context, const SamplePlan& plan, int width,
+                                      int height) {
+  gpu::FramebufferSpec spec{.width = width * plan.shrink,
+                            .height = height * plan.shrink,
+                            .samples = plan.multisamples,
+                            .color = gpu::kRgba16F,
+                            .depth = true};
+  TERRANE_ASSIGN(gpu::Framebuffer scene, gpu::Framebuffer::create(context, spec));
+  SceneTargets out{plan, std::move(scene), nullptr};
+  if (plan.multisamples > 1) {
+    spec.samples = 1;
+    spec.depth = false;
+    TERRANE_ASSIGN(gpu::Framebuffer resolved, gpu::Framebuffer::create(context, spec));
+    out.resolved = std::make_unique<gpu::Framebuffer>(std::move(resolved));
+  }
+  return out;
+}
+
+/// Depth tests keep what is nearer, whichever way depth runs.
+void beginDepth(const gpu::Context& context, const DepthRange& depth) {
+  if (depth.reversed) context.setClipDepthZeroToOne(true);
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(depth.reversed ? GL_GREATER : GL_LESS);
+  glClearDepthf(static_cast<float>(depth.clearDepth()));
+}
+
+void endDepth(const gpu::Context& context, const DepthRange& depth) {
+  if (depth.reversed) context.setClipDepthZeroToOne(false);
+  glDisable(GL_DEPTH_TEST);
+}
+
+}  // namespace
+
+struct TerrainRenderer::Parts {
+  Parts(gpu::Context& owner, Programs made)
+      : context(owner), programs(std::move(made)), tiles(owner), timer(owner) {}
+
+  gpu::Context& context;
+  Programs programs;
+  TileStore tiles;
+  PatchDrawer patches;
+  gpu::Buffer frameBlock{GL_UNIFORM_BUFFER};
+  gpu::Buffer lineVertices{GL_ARRAY_BUFFER};
+  gpu::VertexArray lines;
+  gpu::VertexArray nothing;
+  gpu::Timer timer;
+  std::optional<SceneTargets> targets;
+  std::optional<gpu::Framebuffer> picture;
+  std::optional<gpu::Framebuffer> positions;
+
+  /// Uploads the instances and the block that both kinds of drawing share.
+  Result<PatchInstances> prepare(const Cut& cut, const Frame& frame, const Camera& camera,
+                                 double exaggeration, FrameBlock& block) {
+    const LatticePoint anchor = anchorNear(Lattice(cut.latticeDepth), frame, camera.eyeLocal);
+    TERRANE_ASSIGN(PatchInstances instances, makePatchInstances(cut, frame, anchor, tiles));
+    placeLattice(block, frame, camera, exaggeration, cut.latticeDepth, anchor, cut.grid.cellsPerSide());
+    patches.setInstances(cut.grid, instances);
+    tiles.refreshBorders();
+    tiles.bind();
+    frameBlock.upload(&block, sizeof(block));
+    glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frameBlock.name());
+    return instances;
+  }
+
+  void drawSky(const DepthRange& depth) const {
+    // Behind everything: where depth is still what it was cleared to.
+    glDepthFunc(depth.reversed ? GL_GEQUAL : GL_LEQUAL);
+    glDepthMask(GL_FALSE);
+    programs.sky.use();
+    nothing.bind();
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
+
+  void drawFrustum(const FrustumOverlay& overlay, const Camera& camera, const DepthRange& depth, int shrink) {
+    glEnable(GL_BLEND);
+    glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    // Faint where the ground hides it, full where it does not.
+    for (const bool hidden : {true, false}) {
+      const auto vertices = makeFrustumLines(overlay, camera, depth, camera.width * shrink,
+                                             camera.height * shrink, 2.0 * shrink, hidden ? 0.3F : 1.0F);
+      if (vertices.empty()) continue;
+      lineVertices.upload(vertices.data(), vertices.size() * sizeof(LineVertex));
+      lines.setAttribute(
+          lineVertices,
+          {.location = 0, .components = 4, .offsetBytes = 0, .strideBytes = sizeof(LineVertex)});
+      lines.setAttribute(
+          lineVertices,
+          {.location = 1, .components = 2, .offsetBytes = 16, .strideBytes = sizeof(LineVertex)});
+      lines.setAttribute(
+          lineVertices,
+          {.location = 2, .components = 4, .offsetBytes = 24, .strideBytes = sizeof(LineVertex)});
+      if (hidden)
+        glDisable(GL_DEPTH_TEST);
+      else
+        glEnable(GL_DEPTH_TEST);
+      programs.line.use();
+      glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices.size()));
+    }
+    glDisable(GL_BLEND);
+  }
+
+  void present(const SceneTargets& from, const gpu::Framebuffer& target) const {
+    target.bind();
+    glDisable(GL_DEPTH_TEST);
+    from.finished().color().bindToUnit(kSceneUnit);
+    programs.present.setSampler("uScene", kSceneUnit);
+    programs.present.setInt("uShrink", from.plan.shrink);
+    nothing.bind();
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glBindVertexArray(0);
+  }
+
+  Status makeTargets(const Camera& camera, int samples) {
+    const SamplePlan plan =
+        planSamples(context.limits(), context.workarounds(), samples, camera.width, camera.height);
+    const bool fits = targets && targets->plan.multisamples == plan.multisamples &&
+                      targets->plan.shrink == plan.shrink &&
+                      targets->scene.spec().width == camera.width * plan.shrink &&
+                      targets->scene.spec().height == camera.height * plan.shrink;
+    if (fits) return {};
+    targets.reset();
+    TERRANE_ASSIGN(SceneTargets made, makeSceneTargets(context, plan, camera.width, camera.height));
+    targets.emplace(std::move(made));
+    return {};
+  }
+
+  /// Makes `kept` a framebuffer of that size and format, unless it is one already.
+  Status makeTarget(std::optional<gpu::Framebuffer>& kept, const gpu::FramebufferSpec& spec) const {
+    if (kept && kept->spec().width == spec.width && kept->spec().height == spec.height) return {};
+    kept.reset();
+    TERRANE_ASSIGN(gpu::Framebuffer made, gpu::Framebuffer::create(context, spec));
+    kept.emplace(std::move(made));
+    return {};
+  }
+};
+
+TerrainRenderer::TerrainRenderer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+TerrainRenderer::~TerrainRenderer() = default;
+
+Result<std::unique_ptr<TerrainRenderer>> TerrainRenderer::create(gpu::Context& context) {
+  TERRANE_ASSIGN(Programs programs, makePrograms(context));
+  auto parts = std::make_unique<Parts>(context, std::move(programs));
+  return std::unique_ptr<TerrainRenderer>(new TerrainRenderer(std::move(parts)));
+}
+
+Status TerrainRenderer::uploadTile(TileId id, const Tile& tile) {
+  return parts_->tiles.upload(id, tile.samples);
+}
+bool TerrainRenderer::hasTile(TileId id) const {
+  return parts_->tiles.find(id) != nullptr;
+}
+void TerrainRenderer::dropTile(TileId id) {
+  parts_->tiles.drop(id);
+}
+size_t TerrainRenderer::tileCount() const {
+  return parts_->tiles.tileCount();
+}
+size_t TerrainRenderer::gpuBytes() const {
+  return parts_->tiles.gpuBytes();
+}
+
+Result<DrawStatistics> TerrainRenderer::draw(const Cut& cut, const Frame& frame, const Camera& camera,
+                                             const RenderStyle& style, const gpu::Framebuffer& target) {
+  Parts& parts = *parts_;
+  TERRANE_CHECK(target.spec().width == camera.width && target.spec().height == camera.height,
+                "a camera of {} x {}, a picture of {} x {}", camera.width, camera.height, target.spec().width,
+                target.spec().height);
+  TERRANE_CHECK(style.exaggeration > 0.0, "exaggeration {}", style.exaggeration);
+  TERRANE_TRY(parts.makeTargets(camera, style.samples));
+  const SceneTargets& targets = *parts.targets;
+  const DepthRange depth = chooseDepthRange(parts.context, frame, camera);
+  FrameBlock block = makeFrameBlock(frame, camera, style, depth, targets.plan.shrink);
+  TERRANE_ASSIGN(const PatchInstances instances,
+                 parts.prepare(cut, frame, camera, style.exaggeration, block));
+
+  // The ground, then the sky behind it, then lines over both.
+  parts.timer.begin();
+  targets.scene.bind();
+  beginDepth(parts.context, depth);
+  glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  const bool perSample = targets.plan.multisamples > 1;
+  if (perSample) {
+    glEnable(GL_SAMPLE_SHADING);
+    glMinSampleShading(1.0F);
+  }
+  DrawStatistics statistics;
+  parts.programs.shade.use();
+  statistics.drawCalls = parts.patches.draw(parts.programs.shade);
+  if (perSample) glDisable(GL_SAMPLE_SHADING);
+  parts.drawSky(depth);
+  if (style.frustum) parts.drawFrustum(*style.frustum, camera, depth, targets.plan.shrink);
+  endDepth(parts.context, depth);
+  if (targets.resolved) targets.scene.resolveInto(*targets.resolved);
+  parts.present(targets, target);
+  parts.timer.end();
+  TERRANE_TRY(parts.context.checkErrors("drawing a picture"));
+
+  statistics.patches = instances.patchCount();
+  statistics.triangles = statistics.patches * cut.grid.trianglesPerPatch();
+  statistics.tiles = instances.tileCount;
+  statistics.samples = targets.plan.samples();
+  return statistics;
+}
+
+Result<TerrainRenderer::Picture> TerrainRenderer::drawPicture(const Cut& cut, const Frame& frame,
+                                                              const Camera& camera,
+                                                              const RenderStyle& style) {
+  TERRANE_TRY(parts_->makeTarget(parts_->picture, {.width = camera.width, .height = camera.height}));
+  Picture out;
+  TERRANE_ASSIGN(out.statistics, draw(cut, frame, camera, style, *parts_->picture));
+  out.rgba = parts_->picture->readRgba8();
+  out.statistics.gpuSeconds = parts_->timer.seconds();
+  return out;
+}
+
+Result<std::vector<glm::dvec3>> TerrainRenderer::drawPositions(const Cut& cut, const Frame& frame,
+                                                               const Camera& camera, double exaggeration) {
+  Parts& parts = *parts_;
+  TERRANE_CHECK(exaggeration > 0.0, "exaggeration {}", exaggeration);
+  TERRANE_TRY(parts.makeTarget(
+      parts.positions,
+      {.width = camera.width, .height = camera.height, .color = gpu::kRgba32F, .depth = true}));
+  const DepthRange depth = chooseDepthRange(parts.context, frame, camera);
+  RenderStyle style;
+  style.exaggeration = exaggeration;
+  FrameBlock block = makeFrameBlock(frame, camera, style, depth, 1);
+  TERRANE_ASSIGN(const PatchInstances instances, parts.prepare(cut, frame, camera, exaggeration, block));
+
+  parts.positions->bind();
+  beginDepth(parts.context, depth);
+  glClearColor(0.0F, 0.0F, 0.0F, 0.0F);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  parts.programs.position.use();
+  parts.patches.draw(parts.programs.position);
+  endDepth(parts.context, depth);
+  const std::vector<float> fromEye = parts.positions->readRgba32F();
+  TERRANE_TRY(parts.context.checkErrors("drawing the position buffer"));
+
+  // Ground has alpha 1, the sky 0. Rasterisers interpolate each coordinate with an error of its own, large
+  // where triangles are seen edge-on; put back on the pixel's ray, only the depth's is left, which stays on
+  // the surface.
+  constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+  std::vector<glm::dvec3> out(fromEye.size() / 4, glm::dvec3(kNothing));
+  for (size_t i = 0; i < out.size(); ++i) {
+    if (fromEye[4 * i + 3] == 0.0F) continue;
+    const double depthMeters =
+        glm::dot(glm::dvec3(fromEye[4 * i], fromEye[4 * i + 1], fromEye[4 * i + 2]), camera.forward);
+    const size_t width = static_cast<size_t>(camera.width);
+    const glm::dvec2 pixel{static_cast<double>(i % width) + 0.5, static_cast<double>(i / width) + 0.5};
+    const glm::dvec3 place = camera.eyeLocal + camera.rayThroughPixel(pixel) * depthMeters;
+    out[i] = {place.x, place.y, place.z / exaggeration};
+  }
+  return out;
+}
+
+}  // namespace terrane
