@@ -23,6 +23,7 @@ const char* remedyFor(int error) {
       return "; remove it, or choose another name";
     case ENOSPC:
     case EDQUOT:
+    case EFBIG:
       return "; free some space, or choose another disk";
     default:
       return "";
