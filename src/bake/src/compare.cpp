@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <memory>
 #include <utility>
 
@@ -18,7 +17,6 @@
 namespace terrane {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 // Levels below a job's tile: 64 finest tiles a job, whose ancestors are decoded once.
 constexpr int kJobLevels = 3;
 
