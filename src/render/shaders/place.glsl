@@ -1,4 +1,4 @@
-// A vertex's place is one function of integers (design.md 4.9): its lattice coordinates relative to the anchor,
+// A vertex's place is one function of integers (docs/architecture.md): its lattice coordinates relative to the anchor,
 // an integer point near the camera, and its height. Patches that share a vertex share these numbers, whatever
 // their tile, level or rotation, so they share its pixels. The result is relative to the eye, in metres: east,
 // north, up; its error is that of one rounding each of the distance, the spacing and the sum.

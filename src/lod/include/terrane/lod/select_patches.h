@@ -35,7 +35,8 @@ struct PatchSelection {
   int levelsBelowData = 0;  ///< tile levels that DistanceOnly may refine below the data
 };
 
-/// Chooses the finest conforming cut that the resident tiles allow (design.md, sections 4 and 8).
+/// Chooses the finest conforming cut that the resident tiles allow (docs/architecture.md, "Patches and
+/// tiles").
 ///
 /// A diamond splits iff the metric asks for it, the tiles of all triangles that it would make are resident,
 /// and its parents have split; so the result meets without T-junctions whatever is resident, and depends on
