@@ -41,7 +41,7 @@ class TempFolder {
 };
 
 /// What to write; the defaults are a 40 x 30 float raster of 10 m in UTM 32N whose first pixel's centre is
-/// at (500000, 5000000).
+/// at (500000, 5000000). A transform of zeros is not written.
 struct MadeRaster {
   int width = 40;
   int height = 30;
@@ -52,7 +52,8 @@ struct MadeRaster {
   std::optional<double> scale = std::nullopt;
   std::optional<double> offset = std::nullopt;
   std::string unit = {};
-  bool mask = false;  ///< with a mask band: pixels where maskAt() is 0 are void
+  std::string verticalCrs = {};  ///< makes the CRS compound
+  bool mask = false;             ///< with a mask band: pixels where maskAt() is 0 are void
   std::function<double(int, int)> heightAt = [](int col, int row) { return 100.0 + col + 50.0 * row; };
   std::function<bool(int, int)> maskAt = [](int, int) { return true; };
   std::vector<std::string> creation = {};  ///< creation options, "COMPRESS=LZW"
@@ -68,10 +69,17 @@ inline void writeRaster(const std::string& path, const MadeRaster& made) {
       driver->Create(path.c_str(), made.width, made.height, made.bands, made.type, creation.List());
   ASSERT_NE(dataset, nullptr) << path;
   auto transform = made.geoTransform;
-  dataset->SetGeoTransform(transform.data());
+  if (transform[1] != 0.0 || transform[2] != 0.0) dataset->SetGeoTransform(transform.data());
   if (!made.crs.empty()) {
     OGRSpatialReference crs;
     ASSERT_EQ(crs.SetFromUserInput(made.crs.c_str()), OGRERR_NONE);
+    if (!made.verticalCrs.empty()) {
+      OGRSpatialReference vertical;
+      ASSERT_EQ(vertical.SetFromUserInput(made.verticalCrs.c_str()), OGRERR_NONE);
+      OGRSpatialReference compound;
+      compound.SetCompoundCS("both", &crs, &vertical);
+      crs = compound;
+    }
     dataset->SetSpatialRef(&crs);
   }
   GDALRasterBand* band = dataset->GetRasterBand(1);
