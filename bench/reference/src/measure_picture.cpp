@@ -85,6 +85,15 @@ double farthestAround(const DepthPicture& picture, int x, int y, int reach) {
   return farthest;
 }
 
+/// Does the reference hide, from the camera, its own point on the vertical of a drawn one?
+bool isBehindGround(const ReferenceSurface& surface, const Camera& camera, glm::dvec3 drawn) {
+  const auto height = surface.heightAt({drawn.x, drawn.y});
+  if (!height) return false;
+  const glm::dvec3 truth(drawn.x, drawn.y, *height);
+  const auto hit = surface.cast(camera.eyeLocal, truth - camera.eyeLocal);
+  return hit && hit->fromAbove && hit->distance < 1.0 - 1e-6;
+}
+
 }  // namespace
 
 double ErrorMeasure::rms() const {
@@ -188,10 +197,10 @@ CrackMeasure measureCracks(const ReferenceSurface& surface, const Camera& camera
             ++part.cracks;
             if (part.where.size() < kPlacesListed) part.where.push_back({col, row});
           } else {
-            const double depth = camera.viewFromLocal(drawn).z;
-            const double slack = 1.0 + 1e-6;
-            if (depth > here * slack && depth > farthestAround(reference, col, row, depthReach) * slack)
+            if (isBehindGround(surface, camera, drawn) &&
+                camera.viewFromLocal(drawn).z > farthestAround(reference, col, row, depthReach)) {
               ++part.seeThrough;
+            }
           }
         }
       },

@@ -105,10 +105,22 @@ TEST(MeasurePicture, SeesThroughHolesInNearGround) {
   const ReferenceSurface surface(rollingGrid());
   const Camera camera = lookAt({640, -1250, 60}, {640, -600, 0}, 0.8, 160, 90);
   auto places = draw(surface, camera, 0.0);
-  // A pixel of near ground shows what lies 300 m behind it.
-  glm::dvec3& place = places[70 * 160 + 80];
+  // A pixel of near ground shows ground behind it that nothing but a hole lets see.
+  glm::dvec3& place = places[60 * 160 + 80];
   ASSERT_FALSE(std::isnan(place.z));
-  place = camera.eyeLocal + (camera.viewFromLocal(place).z + 300.0) * camera.rayThroughPixel({80.5, 70.5});
+  const glm::dvec3 ray = camera.rayThroughPixel({80.5, 60.5});
+  double depth = camera.viewFromLocal(place).z;
+  const auto isHidden = [&](glm::dvec3 point) {
+    const auto hit = surface.cast(camera.eyeLocal, point - camera.eyeLocal);
+    return hit && hit->distance < 0.99;
+  };
+  do {
+    depth += 5.0;
+    place = camera.eyeLocal + depth * ray;
+    const auto height = surface.heightAt({place.x, place.y});
+    ASSERT_TRUE(height.has_value());
+    place.z = *height;
+  } while (!isHidden(place));
   EXPECT_EQ(measureCracks(surface, camera, places, 1.0).seeThrough, 1);
 }
 

@@ -46,10 +46,10 @@ struct CrackMeasure {
   void add(const CrackMeasure& other);
 };
 
-/// Pixels that show sky although the reference shows ground there and at every pixel within
-/// ceil(tau) + 1 pixels (an outline may move by tau); and pixels that show ground farther away than the
-/// reference does anywhere within 2 ceil(tau) + 1 pixels (the near and the far ground may each move by tau).
-/// Rays past the picture's border count as its pixels do.
+/// Cracks: pixels that show sky although the reference shows ground there and at every pixel within
+/// ceil(tau) + 1 pixels (an outline may move by tau). See-through: pixels whose ground is hidden in the
+/// reference, and farther away than what the reference shows within 2 ceil(tau) + 1 pixels (the near and the
+/// far ground may each move by tau). Rays past the picture's border count as its pixels do.
 CrackMeasure measureCracks(const ReferenceSurface& surface, const Camera& camera,
                            std::span<const glm::dvec3> places, double tauPixels);
 
