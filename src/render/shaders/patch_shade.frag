@@ -84,6 +84,12 @@ float outlineShare(vec2 gridDx, vec2 gridDy) {
   return lineShare(min(min(toLine.x, toLine.y), diagonal)) * fade;
 }
 
+// A film's response (Narkowicz 2015): contrast in the middle, and bright ground rolls off instead of being cut.
+vec3 filmColor(vec3 light) {
+  vec3 c = 0.70 * light;
+  return clamp(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0);
+}
+
 void main() {
   vec2 cellsDx = dFdx(vShading);
   vec2 cellsDy = dFdy(vShading);
@@ -131,8 +137,7 @@ void main() {
   float sky = 0.5 + 0.5 * normal.z;
   vec3 light = vec3(1.72, 1.54, 1.27) * sun + vec3(0.22, 0.29, 0.42) * sky + vec3(0.07, 0.06, 0.05) * (1.0 - sky);
   vec3 color = ground * mix(vec3(1.0), light, relief);
-  // Bright ground rolls off like film instead of being cut.
-  if (mode == kShaded) color = 1.0 - exp(-1.12 * color);
+  if (mode == kShaded) color = filmColor(color);
   vec3 direction = normalize(vPlace);
   if (water) {
     // Still water mirrors the sky, more so at a flat angle.

@@ -9,11 +9,14 @@ vec3 sunGlow(vec3 direction, float strength) {
 }
 
 vec3 skyColor(vec3 direction) {
+  // Both gradients begin softly, so that the horizon is no line.
   float up = max(direction.z, 0.0);
-  vec3 color = mix(kHorizon, kZenith, 1.0 - exp(-3.6 * up));
+  up *= up / (up + 0.05);
+  vec3 color = mix(kHorizon, kZenith, 1.0 - exp(-4.0 * up));
   // Below the horizon lies haze that darkens slowly, so that an island of data stands on something.
   float down = max(-direction.z, 0.0);
-  color = mix(color, vec3(0.36, 0.45, 0.55), 1.0 - exp(-1.6 * down));
+  down *= down / (down + 0.10);
+  color = mix(color, vec3(0.27, 0.36, 0.47), 1.0 - exp(-1.8 * down));
   return color + sunGlow(direction, 0.35 * exp(-4.0 * down));
 }
 

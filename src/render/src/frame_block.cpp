@@ -111,10 +111,13 @@ FrameBlock makeFrameBlock(const Frame& frame, const Camera& camera, const Render
       0.0);
 
   // Haze lies in the valleys: it halves from one third of the relief to the next.
-  if (style.haze) {
+  // Colours that are to be read as numbers stay clear of it.
+  const bool readAsNumbers =
+      style.mode == ColorMode::Slope || style.mode == ColorMode::Normals || style.mode == ColorMode::Error;
+  if (style.haze && !readAsNumbers) {
     const double side =
         static_cast<double>(frame.worldCells()) * std::max(frame.spacingXMeters(), frame.spacingYMeters());
-    const double distance = style.hazeDistanceMeters > 0.0 ? style.hazeDistanceMeters : 2.0 * side;
+    const double distance = style.hazeDistanceMeters > 0.0 ? style.hazeDistanceMeters : 3.0 * side;
     const double base = style.lowMeters * style.exaggeration;
     const double relief = std::max((style.highMeters - style.lowMeters) * style.exaggeration, 1.0);
     const double falloff = 0.6931 / std::max(relief / 1.5, 0.02 * distance);

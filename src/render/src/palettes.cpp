@@ -23,16 +23,31 @@ Palette makePalette(std::initializer_list<Stop> stops) {
 }  // namespace
 
 Palette Palette::land() {
-  return makePalette({{0.00F, 0x5c7f4e},
-                      {0.10F, 0x769557},
-                      {0.22F, 0x98a763},
-                      {0.35F, 0xbcb577},
-                      {0.48F, 0xc4a873},
-                      {0.60F, 0xa98a66},
-                      {0.72F, 0x928073},
-                      {0.83F, 0xaaa49d},
+  return makePalette({{0.00F, 0x4f7a4a},
+                      {0.10F, 0x668c50},
+                      {0.22F, 0x8b9f5c},
+                      {0.35F, 0xb3ac70},
+                      {0.48F, 0xbd9f6c},
+                      {0.60F, 0xa28461},
+                      {0.72F, 0x8b7a6e},
+                      {0.83F, 0xa39d97},
                       {0.92F, 0xdcdcda},
                       {1.00F, 0xfafbfd}});
+}
+
+Palette Palette::lowland() {
+  return makePalette({{0.00F, 0x4f7a4a},
+                      {0.15F, 0x668c50},
+                      {0.32F, 0x8b9f5c},
+                      {0.50F, 0xb3ac70},
+                      {0.68F, 0xbd9f6c},
+                      {0.85F, 0xa28461},
+                      {1.00F, 0x86694f}});
+}
+
+Palette Palette::forGround(double highMeters) {
+  constexpr double kBareSummitsMeters = 1700.0;
+  return highMeters < kBareSummitsMeters ? lowland() : land();
 }
 
 Palette Palette::grey() {

@@ -13,10 +13,10 @@ namespace {
 int32_t tileColor(TileId id) {
   const auto hash = static_cast<uint32_t>(TileIdHash{}(id) >> 16);
   const double hue = std::fmod(static_cast<double>(hash & 0xffffU) * 0.6180339887498949, 1.0) * 6.0;
-  const double lightness = 0.62 + 0.26 * static_cast<double>(hash >> 16 & 0xffU) / 255.0;
+  const double lightness = 0.56 + 0.24 * static_cast<double>(hash >> 16 & 0xffU) / 255.0;
   const auto channel = [&](double shift) {
     const double wave = std::clamp(std::abs(std::fmod(hue + shift, 6.0) - 3.0) - 1.0, 0.0, 1.0);
-    return static_cast<int32_t>(std::lround(255.0 * lightness * (0.42 + 0.58 * wave)));
+    return static_cast<int32_t>(std::lround(255.0 * lightness * (0.55 + 0.45 * wave)));
   };
   return channel(0.0) | channel(4.0) << 8 | channel(2.0) << 16;
 }

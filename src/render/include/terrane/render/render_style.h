@@ -37,7 +37,10 @@ struct Palette {
   std::array<ColorStop, kMostStops> stops{};
   int count = 0;
 
-  static Palette land();  ///< meadows, forests, rock and snow
+  static Palette land();     ///< meadows, forests, rock and snow
+  static Palette lowland();  ///< meadows to brown hills: no snow on the top of a low hill
+  /// land() or lowland(), to suit the highest ground there is, in metres.
+  static Palette forGround(double highMeters);
   static Palette grey();  ///< the Moon and other bare worlds
   static Palette
   even();  ///< the ramp of ColorMode::Height: even steps of lightness, safe for the colour-blind
@@ -56,7 +59,7 @@ struct RenderStyle {
   double exaggeration = 1.0;         ///< of heights, positive. Cameras live in the exaggerated world.
   double sunAzimuthDegrees = 315.0;  ///< from north, clockwise; maps are lit from the north-west
   double sunAltitudeDegrees = 38.0;  ///< above the horizon, in (0, 90]
-  bool haze = true;
+  bool haze = true;                  ///< not over slope, normals and errors
   double hazeDistanceMeters =
       0.0;                     ///< where haze hides two thirds of the ground; 0: to suit the world's size
   double lowMeters = 0.0;      ///< the height of the ramp's first colour, metres, not exaggerated
