@@ -1,11 +1,120 @@
+#include "terrane/bake/build.h"
+
+#include <fmt/format.h>
+
 #include "commands.h"
 #include "common.h"
+#include "terrane/bake/source.h"
+#include "terrane/base/format_number.h"
 
 namespace terrane::cli {
 
+namespace {
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  terrane build dem.tif -o alps.terrane\n"
+    "  terrane build tiles/ -o country.terrane --crs EPSG:25832     a folder, warped to one CRS\n"
+    "  terrane build country.tif village.tif -o all.terrane         later inputs lie on top\n"
+    "  terrane build @files.txt -o all.terrane --max-error 0.1      inputs listed in a file\n"
+    "  terrane build old.asc -o old.terrane --source-crs EPSG:31467 --nodata -9999\n"
+    "\n"
+    "With --json: a line {\"stage\", \"steps\", \"unit\", \"seconds\"} as each stage ends, {\"warning\"} "
+    "lines, and at last\n"
+    "{\"output\", \"tiles\", \"archive_bytes\", \"samples\", \"bits_per_sample\", \"seconds\"} or "
+    "{\"error\"}.\n"
+    "\n"
+    "Exit status: 0 built, 1 failed (nothing is left behind), 2 wrong usage.";
+
+struct Options {
+  SourceOptions source;
+  BuildOptions build;
+  OutputOptions output;
+  std::string memory;
+};
+
+/// The options that shape the result, as on the command line; inputs stand in the manifest by name.
+std::string describe(const SourceOptions& source) {
+  std::string text;
+  const auto add = [&](const std::string& option) { text += (text.empty() ? "" : " ") + option; };
+  if (!source.crs.empty()) add(fmt::format("--crs '{}'", source.crs));
+  if (!source.sourceCrs.empty()) add(fmt::format("--source-crs '{}'", source.sourceCrs));
+  if (source.noData) add(fmt::format("--nodata {}", *source.noData));
+  if (source.lossless) add("--lossless");
+  if (source.maxErrorMeters) add(fmt::format("--max-error {}", *source.maxErrorMeters));
+  return text;
+}
+
+void say(const BuildReport& report, const Options& options) {
+  if (options.output.json) {
+    printJson({{"output", options.build.output},
+               {"tiles", report.tiles},
+               {"archive_bytes", report.archiveBytes},
+               {"samples", report.samples},
+               {"bits_per_sample", report.bitsPerSample},
+               {"seconds", report.seconds}});
+  } else if (!options.output.quiet) {
+    fmt::print("{}: {} tiles, {}, {:.2f} bits a sample, in {}\n", options.build.output,
+               formatCount(static_cast<int64_t>(report.tiles)), formatBytes(report.archiveBytes),
+               report.bitsPerSample, formatDuration(report.seconds));
+  }
+}
+
+int runBuild(Options options) {
+  if (!options.memory.empty()) {
+    const auto bytes = parseByteSize(options.memory);
+    if (!bytes.ok()) {
+      fail(bytes.error(), options.output);
+      return kExitUsage;
+    }
+    options.build.memoryBytes = *bytes;
+  }
+  options.build.optionsText = describe(options.source);
+  options.build.cancel = &interruptFlag();
+
+  // An output that cannot be made is known before the inputs are read.
+  const Status target = checkOutput(options.build);
+  if (!target.ok()) return fail(target.error(), options.output);
+  const std::unique_ptr<CommandProgress> progress = makeProgress(options.output);
+  const auto source = openSource(options.source, *progress);
+  if (!source.ok()) return fail(source.error(), options.output);
+  const auto report = buildDataset(**source, options.build, *progress);
+  if (report.ok()) progress->finish();
+  if (!report.ok()) return fail(report.error(), options.output);
+  say(*report, options);
+  return kExitOk;
+}
+
+}  // namespace
+
 void addBuildCommand(CLI::App& app, CommandContext& context) {
-  CLI::App* command = app.add_subcommand("build", "build");
-  command->callback([&context] { context.run = [] { return kExitFailed; }; });
+  CLI::App* command = app.add_subcommand("build", "Make a dataset from elevation rasters");
+  command->footer(kExamples);
+  const auto options = std::make_shared<Options>();
+  SourceOptions& source = options->source;
+  BuildOptions& build = options->build;
+  command->add_option("INPUT", source.inputs, "Rasters that GDAL opens, folders, globs, or @list files")
+      ->required();
+  command->add_option("-o,--output", build.output, "The dataset to make, NAME.terrane")->required();
+  command->add_flag("--overwrite", build.overwrite, "Replace a dataset that stands there");
+  command->add_option("--crs", source.crs,
+                      "CRS of the dataset, projected (default: the inputs', or a UTM zone)");
+  command->add_option("--source-crs", source.sourceCrs, "CRS of inputs without one or with a wrong one");
+  command->add_option("--nodata", source.noData,
+                      "The value that stands for no data (default: what the files say)");
+  CLI::Option* lossless = command->add_flag("--lossless", source.lossless,
+                                            "Keep every height exactly (the default for integer inputs)");
+  command
+      ->add_option("--max-error", source.maxErrorMeters,
+                   "Largest error of a height in metres (default for others: spacing / 200)")
+      ->excludes(lossless);
+  command->add_option("--attribution", build.attribution,
+                      "Whose data it is, for the manifest and for viewers");
+  command->add_option("--threads", build.threads, "Threads to work with (default: all cores)")
+      ->check(CLI::Range(1, 1024));
+  command->add_option("--memory", options->memory, "Memory to work with, as 500M or 2G (default: a quarter)");
+  addOutputOptions(*command, options->output);
+  command->callback([&context, options] { context.run = [options] { return runBuild(*options); }; });
 }
 
 }  // namespace terrane::cli

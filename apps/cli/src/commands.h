@@ -15,8 +15,11 @@ struct CommandContext {
   std::function<int()> run;
 };
 
+void addBenchCommand(CLI::App& app, CommandContext& context);
 void addBuildCommand(CLI::App& app, CommandContext& context);
 void addInfoCommand(CLI::App& app, CommandContext& context);
+void addRenderCommand(CLI::App& app, CommandContext& context);
+void addSynthCommand(CLI::App& app, CommandContext& context);
 void addVerifyCommand(CLI::App& app, CommandContext& context);
 
 }  // namespace terrane::cli

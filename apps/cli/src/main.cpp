@@ -12,6 +12,7 @@ constexpr const char* kExamples =
     "Examples:\n"
     "  terrane build dem.tif -o alps.terrane     make a dataset from a GeoTIFF\n"
     "  terrane info alps.terrane                 say what is in it\n"
+    "  terrane render alps.terrane -o alps.png   draw it\n"
     "  terrane verify alps.terrane               check every byte of it\n"
     "\n"
     "`terrane COMMAND --help` explains a command.";
@@ -34,7 +35,10 @@ int main(int argc, char** argv) {
   CommandContext context;
   addBuildCommand(app, context);
   addInfoCommand(app, context);
+  addRenderCommand(app, context);
+  addSynthCommand(app, context);
   addVerifyCommand(app, context);
+  addBenchCommand(app, context);
 
   try {
     app.parse(argc, argv);

@@ -69,15 +69,16 @@ Status BlockStore::write(uint64_t block, std::span<const std::byte> bytes) {
   return {};
 }
 
-Status BlockStore::read(uint64_t block, std::span<std::byte> bytes) const {
-  TERRANE_CHECK(bytes.size() <= blockBytes_, "{} bytes from a block of {}", bytes.size(), blockBytes_);
+Status BlockStore::read(uint64_t block, std::span<std::byte> bytes, size_t offset) const {
+  TERRANE_CHECK(offset + bytes.size() <= blockBytes_, "{} bytes at {} of a block of {}", bytes.size(), offset,
+                blockBytes_);
   if (block < blocksInMemory_) {
-    std::memcpy(bytes.data(), memory_ + block * blockBytes_, bytes.size());
+    std::memcpy(bytes.data(), memory_ + block * blockBytes_ + offset, bytes.size());
     return {};
   }
   size_t done = 0;
   while (done < bytes.size()) {
-    const auto at = static_cast<off_t>((block - blocksInMemory_) * blockBytes_ + done);
+    const auto at = static_cast<off_t>((block - blocksInMemory_) * blockBytes_ + offset + done);
     const ssize_t count = pread(file_->descriptor, bytes.data() + done, bytes.size() - done, at);
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {

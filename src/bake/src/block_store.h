@@ -22,8 +22,8 @@ class BlockStore {
 
   /// Errors: the disk is full, or the folder cannot be written.
   Status write(uint64_t block, std::span<const std::byte> bytes);
-  /// The block must have been written before.
-  Status read(uint64_t block, std::span<std::byte> bytes) const;
+  /// A block's bytes from `offset` on. The block must have been written before.
+  Status read(uint64_t block, std::span<std::byte> bytes, size_t offset = 0) const;
 
   /// As above, for arrays of plain values.
   template <class T>

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "block_store.h"
+#include "terrane/base/result.h"
+#include "terrane/codec/tile.h"
+
+namespace terrane {
+
+/// A tile while a dataset is made or checked. Its samples live in the Pyramid's stores.
+struct PyramidTile {
+  TileId id;
+  std::array<int32_t, 4> children{-1, -1, -1, -1};  ///< indices on the next level, -1: not here
+  int64_t heights = -1;                             ///< block of its heights
+  int64_t states = -1;                              ///< block of its sample states; -1: all Coded
+  bool complete = false;                            ///< raw data for every sample
+  bool rough = false;                               ///< surely not what interpolation makes of its parent
+  Coverage coverage;
+  bool significant = true;                          ///< not what interpolation makes of its parent
+  bool stored = true;  ///< false: it and all below it are what interpolation makes of its parent
+};
+
+/// The error and height range of every node of a level's tiles: tile i has the nodes from i * nodesPerTile.
+/// Metres at first, then codes.
+struct LevelNodes {
+  int nodesPerTile = 0;
+  std::vector<float> error;  ///< largest |patch - finest ground sample|; 0 where nothing was measured
+  std::vector<float> low;    ///< over ground; low > high: no ground
+  std::vector<float> high;
+  std::vector<uint8_t> errorCode;
+  std::vector<uint8_t> largeErrorCode;  ///< of larger patches: tile i has tileLargeNodeCount() of them
+  std::vector<uint16_t> lowCode;
+  std::vector<uint16_t> highCode;
+};
+
+/// All tiles that hold data, from the root to the finest level: which there are, and their samples. Reading
+/// and writing different tiles' samples may happen side by side.
+class Pyramid {
+ public:
+  Pyramid(int finestLevel, uint64_t memoryBytes, const std::string& scratchFolder);
+
+  int finestLevel() const { return static_cast<int>(levels.size()) - 1; }
+  /// The index of a tile on its level, or -1.
+  int find(TileId id) const;
+  /// Fills in children; call it when all levels stand.
+  void link();
+  /// Is there a stored tile?
+  bool isStored(TileId id) const;
+
+  Status readHeights(const PyramidTile& tile, std::span<float> heights) const;
+  Status writeHeights(PyramidTile& tile, std::span<const float> heights);
+  /// One sample of a tile.
+  Result<float> readHeight(const PyramidTile& tile, int x, int y) const;
+  Status readStates(const PyramidTile& tile, std::span<SampleState> states) const;
+  Status writeStates(PyramidTile& tile, std::span<const SampleState> states);
+  /// All of a tile's samples; sizes the arrays.
+  Status readSamples(const PyramidTile& tile, TileSamples& samples) const;
+
+  /// Tiles by level, in the order of TileId.
+  std::vector<std::vector<PyramidTile>> levels;
+  std::vector<LevelNodes> nodes;
+
+ private:
+  BlockStore heights_;
+  BlockStore states_;
+  std::atomic<int64_t> nextHeights_{0};
+  std::atomic<int64_t> nextStates_{0};
+};
+
+}  // namespace terrane

@@ -1,0 +1,175 @@
+#include <algorithm>
+#include <cmath>
+
+#include "pyramid_steps.h"
+#include "terrane/codec/elevation_codec.h"
+
+namespace terrane {
+
+namespace {
+
+constexpr auto kSamples = static_cast<size_t>(kTileSampleCount);
+
+struct Scratch {
+  std::vector<float> raw = std::vector<float>(kSamples);
+  TileSamples parent;
+  std::vector<uint16_t> rawRanks = std::vector<uint16_t>(kSamples);
+  std::vector<uint16_t> coarseRanks = std::vector<uint16_t>(kSamples);
+  std::vector<uint16_t> parentRanks = std::vector<uint16_t>(kSamples);
+  std::vector<uint16_t> parentNativeRanks = std::vector<uint16_t>(kSamples);
+};
+
+/// The root: the lattice from its corners down, each missing sample the mean of its hypotenuse's ends.
+void fillRoot(std::vector<float>& heights, std::vector<SampleState>& states, float cornerHeight) {
+  for (size_t i = 0; i < kSamples; ++i) {
+    states[i] = std::isnan(heights[i]) ? SampleState::Void : SampleState::Coded;
+  }
+  const auto at = [&](LatticePoint p) -> float& {
+    return heights[static_cast<size_t>(p.y * kTileSamples + p.x)];
+  };
+  for (const LatticePoint corner :
+       {LatticePoint{0, 0}, {kTileCells, 0}, {0, kTileCells}, {kTileCells, kTileCells}}) {
+    if (std::isnan(at(corner))) at(corner) = cornerHeight;
+  }
+  const Lattice lattice(0);
+  for (int level = 0; level <= lattice.deepestLevel(); ++level) {
+    // Quad-centres stand at odd multiples of the half-size, edge-centres where one coordinate is even.
+    const int s = lattice.halfSize(level);
+    const bool quads = level % 2 == 0;
+    for (int y = quads ? s : 0; y <= kTileCells; y += quads ? 2 * s : s) {
+      for (int x = quads ? s : (y / s % 2 == 0 ? s : 0); x <= kTileCells; x += 2 * s) {
+        const LatticePoint center{x, y};
+        if (!std::isnan(at(center))) continue;
+        const auto ends = lattice.hypotenuse({x, y, level});
+        at(center) = (at(ends[0]) + at(ends[1])) * 0.5F;
+      }
+    }
+  }
+}
+
+/// The coarser inputs' ranks on a child's samples: the parent's on every second place, between them the
+/// smallest of those that interpolateSamples() asks for ground.
+void interpolateRanks(const std::vector<uint16_t>& parent, int quadrant, std::vector<uint16_t>& child) {
+  const int firstX = (quadrant & 1) * (kTileCells / 2);
+  const int firstY = (quadrant >> 1) * (kTileCells / 2);
+  for (int y = 0; y < kTileSamples; ++y) {
+    const uint16_t* north = parent.data() + (firstY + y / 2) * kTileSamples + firstX;
+    const uint16_t* south = y % 2 == 0 ? north : north + kTileSamples;
+    uint16_t* out = child.data() + y * kTileSamples;
+    for (int x = 0; x < kTileSamples; ++x) {
+      const int west = x / 2;
+      const int east = x % 2 == 0 ? west : west + 1;
+      out[x] = std::min(std::min(north[west], north[east]), std::min(south[west], south[east]));
+    }
+  }
+}
+
+/// Finishes one tile below a finished parent.
+class TileFiller {
+ public:
+  TileFiller(Pyramid& pyramid, RankStores* ranks, std::vector<int> nativeLevels)
+      : pyramid_(pyramid), ranks_(ranks), nativeLevels_(std::move(nativeLevels)) {}
+
+  Status fill(PyramidTile& tile, const PyramidTile& parent, Scratch& scratch) const {
+    // With data everywhere and inputs of one level there is nothing to fill.
+    if (ranks_ == nullptr && tile.complete) return {};
+    const int quadrant = tile.id.quadrant();
+    TERRANE_TRY(pyramid_.readSamples(parent, scratch.parent));
+    TERRANE_TRY(pyramid_.readHeights(tile, scratch.raw));
+    if (ranks_ != nullptr) TERRANE_TRY(readRanks(tile, parent, quadrant, scratch));
+
+    // Old samples come from the parent, new ones from the inputs where these lie on top.
+    TileSamples samples = interpolateSamples(scratch.parent, quadrant);
+    bool allCoded = true;
+    for (int y = 0; y < kTileSamples; ++y) {
+      for (int x = 0; x < kTileSamples; ++x) {
+        const auto i = static_cast<size_t>(y * kTileSamples + x);
+        SampleState& state = samples.states[i];
+        if (x % 2 != 0 || y % 2 != 0) {
+          const uint16_t coarse = ranks_ != nullptr ? scratch.coarseRanks[i] : uint16_t{0};
+          const bool onTop = ranks_ == nullptr || scratch.rawRanks[i] >= coarse;
+          if (!std::isnan(scratch.raw[i]) && onTop) {
+            samples.heights[i] = scratch.raw[i];
+            state = SampleState::Coded;
+          } else if (coarse == 0) {
+            state = SampleState::Void;  // a hole of the inputs
+          }
+        }
+        allCoded &= state == SampleState::Coded;
+      }
+    }
+    TERRANE_TRY(pyramid_.writeHeights(tile, samples.heights));
+    if (!allCoded) TERRANE_TRY(pyramid_.writeStates(tile, samples.states));
+    return {};
+  }
+
+ private:
+  bool isNative(int level) const {
+    return std::find(nativeLevels_.begin(), nativeLevels_.end(), level) != nativeLevels_.end();
+  }
+
+  /// Which inputs' data meet here: the tile's own, and those of all coarser levels together.
+  Status readRanks(const PyramidTile& tile, const PyramidTile& parent, int quadrant, Scratch& scratch) const {
+    const auto block = static_cast<uint64_t>(tile.heights);
+    const auto parentBlock = static_cast<uint64_t>(parent.heights);
+    TERRANE_TRY(ranks_->raw.readValues<uint16_t>(block, scratch.rawRanks));
+    if (parent.id.isRoot()) {
+      std::fill(scratch.parentRanks.begin(), scratch.parentRanks.end(), uint16_t{0});
+    } else {
+      TERRANE_TRY(ranks_->coarse.readValues<uint16_t>(parentBlock, scratch.parentRanks));
+    }
+    if (isNative(parent.id.level)) {
+      TERRANE_TRY(ranks_->native.readValues<uint16_t>(parentBlock, scratch.parentNativeRanks));
+      for (size_t i = 0; i < kSamples; ++i) {
+        scratch.parentRanks[i] = std::max(scratch.parentRanks[i], scratch.parentNativeRanks[i]);
+      }
+    }
+    interpolateRanks(scratch.parentRanks, quadrant, scratch.coarseRanks);
+    return ranks_->coarse.writeValues<uint16_t>(block, scratch.coarseRanks);
+  }
+
+  Pyramid& pyramid_;
+  RankStores* ranks_;
+  std::vector<int> nativeLevels_;
+};
+
+}  // namespace
+
+Status fillTiles(const Source& source, Pyramid& pyramid, RankStores* ranks, float cornerHeight,
+                 const Workers& workers, Progress& progress) {
+  int64_t tiles = 0;
+  for (const auto& level : pyramid.levels) tiles += static_cast<int64_t>(level.size());
+  progress.beginStage("filling", tiles, "tiles");
+
+  PyramidTile& root = pyramid.levels[0][0];
+  if (!root.complete) {
+    std::vector<float> heights(kSamples);
+    std::vector<SampleState> states(kSamples);
+    TERRANE_TRY(pyramid.readHeights(root, heights));
+    fillRoot(heights, states, cornerHeight);
+    TERRANE_TRY(pyramid.writeHeights(root, heights));
+    TERRANE_TRY(pyramid.writeStates(root, states));
+  }
+  progress.advance(1);
+
+  std::vector<Scratch> scratches(static_cast<size_t>(workers.count()));
+  const TileFiller filler(pyramid, ranks, source.nativeLevels());
+  for (size_t level = 1; level < pyramid.levels.size(); ++level) {
+    auto& parents = pyramid.levels[level - 1];
+    const Status done =
+        workers.forEach(static_cast<int64_t>(parents.size()), [&](int worker, int64_t i) -> Status {
+          const PyramidTile& parent = parents[static_cast<size_t>(i)];
+          for (const int32_t child : parent.children) {
+            if (child < 0) continue;
+            PyramidTile& tile = pyramid.levels[level][static_cast<size_t>(child)];
+            TERRANE_TRY(filler.fill(tile, parent, scratches[static_cast<size_t>(worker)]));
+            progress.advance(1);
+          }
+          return {};
+        });
+    TERRANE_TRY(done);
+  }
+  return {};
+}
+
+}  // namespace terrane

@@ -1,0 +1,277 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "pyramid_steps.h"
+
+namespace terrane {
+
+namespace {
+
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+constexpr auto kSamples = static_cast<size_t>(kTileSampleCount);
+
+/// Elevation payloads keep step numbers below 2^24, so that a float holds them exactly.
+constexpr double kLargestInteger = 16777215.0;
+
+/// What one worker needs for one tile.
+struct Scratch {
+  std::unique_ptr<SourceReader> reader;
+  std::vector<float> heights = std::vector<float>(kSamples);
+  std::vector<float> nativeHeights = std::vector<float>(kSamples);
+  std::vector<float> childHeights = std::vector<float>(kSamples);
+  std::vector<uint16_t> ranks = std::vector<uint16_t>(kSamples);
+  std::vector<uint16_t> nativeRanks = std::vector<uint16_t>(kSamples);
+  std::vector<uint16_t> childRanks = std::vector<uint16_t>(kSamples);
+};
+
+/// What became of one candidate.
+struct Outcome {
+  PyramidTile tile;
+  bool active = false;
+  bool hasData = false;
+  double sum = 0.0;
+  int64_t samples = 0;
+};
+
+/// Puts heights on the step; what is not finite becomes none. Gives the largest step number in size.
+double quantise(std::span<float> heights, const ElevationScale& scale) {
+  double largest = 0.0;
+  for (float& height : heights) {
+    const double steps = (static_cast<double>(height) - scale.heightOffset) / scale.heightStep;
+    const double size = std::abs(steps);
+    const bool present = std::isfinite(height);
+    largest = present && size > largest ? size : largest;
+    // note: written so that the cast never sees what an int32 cannot hold; halves go away from zero.
+    const double bounded = size < kLargestInteger ? steps : 0.0;
+    const auto q = static_cast<double>(static_cast<int32_t>(bounded + (bounded < 0.0 ? -0.5 : 0.5)));
+    height = present ? static_cast<float>(scale.heightOffset + q * scale.heightStep) : kNone;
+  }
+  return largest;
+}
+
+/// A child's every second sample into its quadrant of the parent.
+template <class T>
+void decimate(const std::vector<T>& child, int quadrant, std::vector<T>& parent) {
+  const int firstX = (quadrant & 1) * (kTileCells / 2);
+  const int firstY = (quadrant >> 1) * (kTileCells / 2);
+  for (int y = 0; y <= kTileCells / 2; ++y) {
+    const T* from = child.data() + 2 * y * kTileSamples;
+    T* to = parent.data() + (firstY + y) * kTileSamples + firstX;
+    for (int x = 0; x <= kTileCells / 2; ++x) {
+      // note: siblings hold the same samples on their common border, or one of them is not there.
+      to[x] = from[2 * x];
+    }
+  }
+}
+
+/// A sample between two others that is not their mean: surely not interpolated. Most tiles show one at once.
+bool isRough(const std::vector<float>& heights) {
+  for (int y = 0; y < kTileSamples; y += 2) {
+    const float* row = heights.data() + y * kTileSamples;
+    for (int x = 1; x < kTileSamples; x += 2) {
+      const float mean = (row[x - 1] + row[x + 1]) * 0.5F;
+      if (std::isfinite(mean) && std::isfinite(row[x]) && row[x] != mean) return true;
+    }
+  }
+  return false;
+}
+
+/// The tiles of one level that may hold data.
+std::vector<TileId> candidatesOf(int level, bool native, const Source& source, const Pyramid& pyramid) {
+  std::vector<TileId> out;
+  if (level < pyramid.finestLevel()) {
+    for (const PyramidTile& child : pyramid.levels[static_cast<size_t>(level) + 1]) {
+      if (out.empty() || out.back() != child.id.parent()) out.push_back(child.id.parent());
+    }
+  }
+  if (native) {
+    const SourcePlan& plan = source.plan();
+    const int shift = plan.frame.finestLevel - level + 8;
+    const auto last = [&](int64_t samples) {
+      return static_cast<int>(std::min<int64_t>((samples - 1) >> shift, (int64_t{1} << level) - 1));
+    };
+    const int lastCol = last(plan.extentCols);
+    const int lastRow = last(plan.extentRows);
+    for (int row = 0; row <= lastRow; ++row) {
+      for (int col = 0; col <= lastCol; ++col) {
+        if (source.mayTouch({level, col, row})) out.push_back({level, col, row});
+      }
+    }
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+/// Empty tiles around those with data, where they are not there yet. note: the diamonds on a tile's border
+/// have a half in the neighbour, which must be there for them to split, ground or not.
+std::vector<TileId> neighboursOf(const std::vector<Outcome>& outcomes) {
+  std::vector<TileId> there, out;
+  for (const Outcome& outcome : outcomes) {
+    if (outcome.active) there.push_back(outcome.tile.id);
+  }
+  for (const Outcome& outcome : outcomes) {
+    if (!outcome.hasData) continue;
+    const TileId id = outcome.tile.id;
+    for (int row = id.row - 1; row <= id.row + 1; ++row) {
+      for (int col = id.col - 1; col <= id.col + 1; ++col) {
+        const TileId neighbour{id.level, col, row};
+        if (neighbour.valid() && !std::binary_search(there.begin(), there.end(), neighbour))
+          out.push_back(neighbour);
+      }
+    }
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+/// Makes one tile out of its children and its own level's inputs.
+class RawTileMaker {
+ public:
+  RawTileMaker(const Source& source, const ElevationScale& scale, Pyramid& pyramid, RankStores* ranks)
+      : source_(source), scale_(scale), pyramid_(pyramid), ranks_(ranks) {}
+
+  Status make(TileId id, bool native, Scratch& scratch, Outcome& outcome) const {
+    outcome.tile.id = id;
+    std::fill(scratch.heights.begin(), scratch.heights.end(), kNone);
+    if (ranks_ != nullptr) std::fill(scratch.ranks.begin(), scratch.ranks.end(), uint16_t{0});
+
+    // What the level below has.
+    for (int quadrant = 0; id.level < pyramid_.finestLevel() && quadrant < 4; ++quadrant) {
+      const int index = pyramid_.find(id.child(quadrant));
+      if (index < 0) continue;
+      const PyramidTile& child =
+          pyramid_.levels[static_cast<size_t>(id.level) + 1][static_cast<size_t>(index)];
+      outcome.active = true;
+      TERRANE_TRY(pyramid_.readHeights(child, scratch.childHeights));
+      decimate(scratch.childHeights, quadrant, scratch.heights);
+      if (ranks_ == nullptr) continue;
+      TERRANE_TRY(ranks_->raw.readValues<uint16_t>(static_cast<uint64_t>(child.heights), scratch.childRanks));
+      decimate(scratch.childRanks, quadrant, scratch.ranks);
+    }
+
+    // What the inputs of this level have, where it lies above that.
+    bool touched = false;
+    if (native && source_.mayTouch(id)) TERRANE_TRY(overlay(id, scratch, outcome, touched));
+    if (!outcome.active) return {};
+
+    const auto isNone = [](float height) { return std::isnan(height); };
+    outcome.tile.complete = std::none_of(scratch.heights.begin(), scratch.heights.end(), isNone);
+    outcome.hasData =
+        outcome.tile.complete || !std::all_of(scratch.heights.begin(), scratch.heights.end(), isNone);
+    outcome.tile.rough = ranks_ == nullptr && isRough(scratch.heights);
+    TERRANE_TRY(pyramid_.writeHeights(outcome.tile, scratch.heights));
+    if (ranks_ == nullptr) return {};
+    const auto block = static_cast<uint64_t>(outcome.tile.heights);
+    TERRANE_TRY(ranks_->raw.writeValues<uint16_t>(block, scratch.ranks));
+    if (!native) return {};
+    if (!touched) std::fill(scratch.nativeRanks.begin(), scratch.nativeRanks.end(), uint16_t{0});
+    return ranks_->native.writeValues<uint16_t>(block, scratch.nativeRanks);
+  }
+
+ private:
+  Status overlay(TileId id, Scratch& scratch, Outcome& outcome, bool& touched) const {
+    TERRANE_ASSIGN(touched, scratch.reader->readTile(id, scratch.nativeHeights, scratch.nativeRanks));
+    if (!touched) return {};
+    outcome.active = true;
+    const double largest = quantise(scratch.nativeHeights, scale_);
+    if (largest > kLargestInteger) {
+      return makeError(
+          "tile {}: a height of {:.6g} m is {:.3g} steps of {:.3g} m, more than 2^24; allow a larger "
+          "--max-error, "
+          "or give the value as --nodata if it stands for none",
+          toString(id), scale_.heightOffset + largest * scale_.heightStep, largest, scale_.heightStep);
+    }
+    for (size_t i = 0; i < kSamples; ++i) {
+      const float height = scratch.nativeHeights[i];
+      if (std::isnan(height)) {
+        scratch.nativeRanks[i] = 0;
+        continue;
+      }
+      outcome.sum += static_cast<double>(height);
+      ++outcome.samples;
+      if (ranks_ == nullptr) {
+        scratch.heights[i] = height;
+      } else if (scratch.nativeRanks[i] > scratch.ranks[i]) {
+        scratch.heights[i] = height;
+        scratch.ranks[i] = scratch.nativeRanks[i];
+      }
+    }
+    return {};
+  }
+
+  const Source& source_;
+  const ElevationScale& scale_;
+  Pyramid& pyramid_;
+  RankStores* ranks_;
+};
+
+}  // namespace
+
+RankStores::RankStores(uint64_t memoryBytes, const std::string& scratchFolder)
+    : raw(kSamples * sizeof(uint16_t), memoryBytes / 3, scratchFolder),
+      native(kSamples * sizeof(uint16_t), memoryBytes / 3, scratchFolder),
+      coarse(kSamples * sizeof(uint16_t), memoryBytes / 3, scratchFolder) {}
+
+Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale, Pyramid& pyramid,
+                               RankStores* ranks, const Workers& workers, Progress& progress) {
+  const std::vector<int> nativeLevels = source.nativeLevels();
+  std::vector<Scratch> scratches(static_cast<size_t>(workers.count()));
+  const RawTileMaker maker(source, scale, pyramid, ranks);
+  RawTotals totals;
+  double sum = 0.0;
+  int64_t visited = 0;
+
+  for (int level = pyramid.finestLevel(); level >= 0; --level) {
+    const bool native = std::find(nativeLevels.begin(), nativeLevels.end(), level) != nativeLevels.end();
+    const std::vector<TileId> candidates = candidatesOf(level, native, source, pyramid);
+    if (native) progress.beginStage("reading", static_cast<int64_t>(candidates.size()), "tiles");
+
+    std::vector<Outcome> outcomes(candidates.size());
+    const Status done =
+        workers.forEach(static_cast<int64_t>(candidates.size()), [&](int worker, int64_t i) -> Status {
+          Scratch& scratch = scratches[static_cast<size_t>(worker)];
+          if (native && scratch.reader == nullptr) {
+            TERRANE_ASSIGN(scratch.reader, source.openReader());
+          }
+          TERRANE_TRY(maker.make(candidates[static_cast<size_t>(i)], native, scratch,
+                                 outcomes[static_cast<size_t>(i)]));
+          if (native) progress.advance(1);
+          return {};
+        });
+    TERRANE_TRY(done);
+
+    const std::vector<TileId> around = neighboursOf(outcomes);
+    std::vector<Outcome> empty(around.size());
+    const Status surrounded =
+        workers.forEach(static_cast<int64_t>(around.size()), [&](int worker, int64_t i) -> Status {
+          Outcome& outcome = empty[static_cast<size_t>(i)];
+          outcome.active = true;
+          return maker.make(around[static_cast<size_t>(i)], false, scratches[static_cast<size_t>(worker)],
+                            outcome);
+        });
+    TERRANE_TRY(surrounded);
+
+    // Sums in the tiles' order, so that they do not depend on the threads.
+    auto& tiles = pyramid.levels[static_cast<size_t>(level)];
+    for (Outcome& outcome : outcomes) {
+      sum += outcome.sum;
+      visited += outcome.samples;
+      if (outcome.active) tiles.push_back(std::move(outcome.tile));
+    }
+    for (Outcome& outcome : empty) tiles.push_back(std::move(outcome.tile));
+    std::sort(tiles.begin(), tiles.end(),
+              [](const PyramidTile& a, const PyramidTile& b) { return a.id < b.id; });
+  }
+  if (visited == 0)
+    return makeError(
+        "the inputs hold no height at all: every sample is nodata; check --nodata and the masks");
+  pyramid.link();
+  totals.meanHeight = sum / static_cast<double>(visited);
+  totals.samples = visited;
+  return totals;
+}
+
+}  // namespace terrane

@@ -1,0 +1,46 @@
+#pragma once
+
+#include "pyramid.h"
+#include "terrane/bake/source.h"
+#include "terrane/base/progress.h"
+#include "workers.h"
+
+/// The steps of a build that make the pyramid's samples; each stands in a file of its own.
+namespace terrane {
+
+/// Which input a sample's height comes from, kept while inputs of several native levels are put together:
+/// ranks as SourceReader gives them, 0 none. Blocks are numbered like the tiles' heights.
+struct RankStores {
+  RankStores(uint64_t memoryBytes, const std::string& scratchFolder);
+  BlockStore raw;     ///< of the sample that lies on top
+  BlockStore native;  ///< of the inputs native to the tile's own level, on levels that have such inputs
+  BlockStore coarse;  ///< of the inputs native to coarser levels, interpolated
+};
+
+/// What reading the inputs told.
+struct RawTotals {
+  double meanHeight = 0.0;
+  int64_t samples = 0;  ///< with data, of all native levels
+};
+
+/// Step 1, from the finest level up: which tiles there are (those with data, and empty ones around them), and
+/// their raw heights on the dataset's step (NaN where there is no data). `ranks` may be null where all inputs are native to one level.
+/// Errors: the source's; a height that the step cannot express; no data at all; no room.
+Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale, Pyramid& pyramid,
+                               RankStores* ranks, const Workers& workers, Progress& progress);
+
+/// Step 2, from the root down: every sample gets its height and state. A sample without data is Interpolated
+/// where an input of a coarser level lies there, Void elsewhere; the world's corners without data have
+/// `cornerHeight`.
+Status fillTiles(const Source& source, Pyramid& pyramid, RankStores* ranks, float cornerHeight,
+                 const Workers& workers, Progress& progress);
+
+/// Step 3, from the finest level up: which cells are ground. Gives their number, in cells of the finest
+/// level.
+Result<double> coverTiles(Pyramid& pyramid, const Workers& workers);
+
+/// Step 4, from the finest level up: tiles that are, with all below them, what interpolation makes of their
+/// parents are no longer `stored`, unless they touch one of their level that is not.
+Status pruneTiles(Pyramid& pyramid, const Workers& workers);
+
+}  // namespace terrane

@@ -1,0 +1,268 @@
+#include "terrane/bake/build.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include "function_source.h"
+#include "terrane/codec/elevation_codec.h"
+#include "terrane/dataset/dataset.h"
+
+namespace terrane {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+
+/// A folder of its own for each test, removed at the end.
+class BuildTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(::testing::TempDir()) / (std::string("terrane-build-") + info->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  /// Names in the folder.
+  std::vector<std::string> contents() const {
+    std::vector<std::string> out;
+    for (const auto& entry : fs::directory_iterator(folder_)) out.push_back(entry.path().filename().string());
+    std::sort(out.begin(), out.end());
+    return out;
+  }
+  Result<BuildReport> build(const Source& source, const std::string& name, int threads = 2,
+                            bool overwrite = false) {
+    BuildOptions options;
+    options.output = path(name);
+    options.threads = threads;
+    options.overwrite = overwrite;
+    SilentProgress progress;
+    return buildDataset(source, options, progress);
+  }
+
+  fs::path folder_;
+};
+
+std::string bytesOf(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// All stored tiles of a dataset, decoded.
+std::map<TileId, Tile> decodeAll(const std::string& directory) {
+  std::map<TileId, Tile> out;
+  auto dataset = Dataset::open(directory);
+  EXPECT_TRUE(dataset.ok()) << dataset.error().message;
+  std::vector<TileId> ids = dataset->elevationTiles();
+  std::sort(ids.begin(), ids.end());
+  for (const TileId id : ids) {
+    auto bytes = dataset->readElevation(id);
+    EXPECT_TRUE(bytes.ok() && bytes->has_value());
+    const TileSamples* parent = id.isRoot() ? nullptr : &out.at(id.parent()).samples;
+    auto tile = decodeTile(**bytes, parent, id.isRoot() ? 0 : id.quadrant(), dataset->manifest().scale);
+    EXPECT_TRUE(tile.ok()) << tile.error().message;
+    out.emplace(id, std::move(tile).value());
+  }
+  return out;
+}
+
+FunctionSource islands(uint64_t seed) {
+  const auto height = [seed](int64_t x, int64_t y) {
+    return noiseAt(x / 40, y / 40, seed) < 0.2 || noiseAt(x, y, seed + 1) < 0.01 ? kNone
+                                                                                 : roughGround(x, y, seed);
+  };
+  return FunctionSource({{2, 0, 0, 700, 900, height}}, 0.1, 0.05);
+}
+
+TEST_F(BuildTest, KeepsEverySampleWithinTheStatedError) {
+  for (uint64_t seed = 1; seed <= 3; ++seed) {
+    const FunctionSource source = islands(seed);
+    const auto report = build(source, "a.terrane", 2, seed > 1);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    const auto tiles = decodeAll(path("a.terrane"));
+    auto reader = source.openReader();
+    std::vector<float> heights(kTileSampleCount);
+    std::vector<uint16_t> ranks(kTileSampleCount);
+    int compared = 0;
+    for (const auto& [id, tile] : tiles) {
+      if (id.level != 2) continue;
+      ASSERT_TRUE((*reader)->readTile(id, heights, ranks).ok());
+      for (size_t i = 0; i < heights.size(); ++i) {
+        ASSERT_EQ(std::isnan(heights[i]), tile.samples.states[i] == SampleState::Void);
+        if (std::isnan(heights[i])) continue;
+        ASSERT_NEAR(heights[i], tile.samples.heights[i], 0.0501);
+        ++compared;
+      }
+    }
+    EXPECT_GT(compared, 400000);
+  }
+  EXPECT_EQ(contents(), std::vector<std::string>{"a.terrane"});
+}
+
+TEST_F(BuildTest, SharedSamplesAreEqualBitForBitOverTilesAndLevels) {
+  const FunctionSource source = islands(5);
+  ASSERT_TRUE(build(source, "a.terrane").ok());
+  const auto tiles = decodeAll(path("a.terrane"));
+  // Every sample by its place on the finest lattice; voids included, whose heights are a function of place
+  // too.
+  std::map<std::pair<int64_t, int64_t>, float> known;
+  for (const auto& [id, tile] : tiles) {
+    const int shift = 2 - id.level;
+    for (int y = 0; y < kTileSamples; ++y) {
+      for (int x = 0; x < kTileSamples; ++x) {
+        if (id.level == 2 && x % 256 != 0 && y % 256 != 0) continue;
+        const auto place =
+            std::pair((int64_t{id.col} * 256 + x) << shift, (int64_t{id.row} * 256 + y) << shift);
+        const float height = tile.samples.heights[static_cast<size_t>(y * kTileSamples + x)];
+        const auto [at, isNew] = known.emplace(place, height);
+        ASSERT_EQ(at->second, height) << toString(id) << " " << x << " " << y;
+      }
+    }
+  }
+}
+
+TEST_F(BuildTest, TheArchiveDoesNotDependOnThreadsOrMemory) {
+  const FunctionSource source = islands(7);
+  ASSERT_TRUE(build(source, "one.terrane", 1).ok());
+  ASSERT_TRUE(build(source, "three.terrane", 3).ok());
+  BuildOptions options;
+  options.output = path("small.terrane");
+  options.memoryBytes = 1;
+  SilentProgress progress;
+  ASSERT_TRUE(buildDataset(source, options, progress).ok());
+  const std::string bytes = bytesOf(path("one.terrane/elevation.pmtiles"));
+  EXPECT_GT(bytes.size(), 1000U);
+  EXPECT_EQ(bytes, bytesOf(path("three.terrane/elevation.pmtiles")));
+  EXPECT_EQ(bytes, bytesOf(path("small.terrane/elevation.pmtiles")));
+}
+
+TEST_F(BuildTest, FlatSeaCostsNothing) {
+  const auto sea = [](int64_t x, int64_t y) { return x < 100 && y < 100 ? roughGround(x, y, 1) : 0.0F; };
+  const FunctionSource source({{3, 0, 0, 2048, 2048, sea}}, 0.1, 0.05);
+  ASSERT_TRUE(build(source, "a.terrane").ok());
+  const auto tiles = decodeAll(path("a.terrane"));
+  // On each level the tile with the ground, and the three that touch it.
+  EXPECT_EQ(tiles.size(), 1U + 4U + 4U + 4U);
+  for (const auto& [id, tile] : tiles) EXPECT_TRUE(id.col <= 1 && id.row <= 1) << toString(id);
+  for (const ChildSummary& child : tiles.at({1, 1, 1}).children) {
+    EXPECT_EQ(child.state, ChildState::Interpolated);
+    EXPECT_LE(child.low, child.high);
+  }
+  EXPECT_EQ(tiles.at({0, 0, 0}).samples.coverage.kind, Coverage::Kind::Full);
+}
+
+TEST_F(BuildTest, VoidCostsNothing) {
+  const FunctionSource source(
+      {{3, 0, 0, 500, 300, [](int64_t x, int64_t y) { return roughGround(x, y, 2); }}}, 0.1, 0.05);
+  ASSERT_TRUE(build(source, "a.terrane").ok());
+  const auto tiles = decodeAll(path("a.terrane"));
+  // On each level the tiles with ground, and those that touch them.
+  EXPECT_EQ(tiles.size(), 1U + 4U + 4U + 9U);
+  for (const ChildSummary& child : tiles.at({1, 1, 1}).children) {
+    EXPECT_EQ(child.state, ChildState::Void);
+    EXPECT_GT(child.low, child.high);
+  }
+}
+
+TEST_F(BuildTest, CoarseInputsReachUnderFineOnes) {
+  // A country at level 1, a village at level 3 on top, a lake of the country on top of that.
+  const auto country = [](int64_t x, int64_t y) { return static_cast<float>(500 + (x * 7 + y * 3) % 40); };
+  const auto village = [](int64_t x, int64_t y) { return roughGround(x, y, 3); };
+  const auto lake = [](int64_t, int64_t) { return 700.0F; };
+  const FunctionSource source(
+      {{1, 0, 0, 512, 512, country}, {3, 300, 300, 900, 800, village}, {1, 100, 100, 140, 130, lake}}, 0.01,
+      0.005);
+  ASSERT_TRUE(build(source, "a.terrane").ok());
+  const auto tiles = decodeAll(path("a.terrane"));
+  for (const auto& [id, tile] : tiles) {
+    EXPECT_EQ(tile.samples.coverage.kind, Coverage::Kind::Full) << toString(id);
+    if (id.level < 2) continue;
+    EXPECT_TRUE(id.col <= 4 && id.row <= 4) << toString(id) << " is where only the coarse input is";
+  }
+  // note: at level 3 the lake's samples 100..140 become 400..560.
+  for (const auto& [id, tile] : tiles) {
+    if (id.level != 3) continue;
+    for (int y = 0; y < kTileSamples; ++y) {
+      for (int x = 0; x < kTileSamples; ++x) {
+        const int64_t gx = int64_t{id.col} * 256 + x;
+        const int64_t gy = int64_t{id.row} * 256 + y;
+        const auto i = static_cast<size_t>(y * kTileSamples + x);
+        const bool inLake = gx >= 400 && gx <= 560 && gy >= 400 && gy <= 520;
+        const bool inVillage = gx >= 300 && gx <= 900 && gy >= 300 && gy <= 800;
+        if (inLake) {
+          ASSERT_EQ(tile.samples.heights[i], 700.0F) << gx << " " << gy;
+        } else if (inVillage) {
+          ASSERT_NEAR(tile.samples.heights[i], village(gx, gy), 0.0052) << gx << " " << gy;
+        } else {
+          ASSERT_NE(tile.samples.states[i], SampleState::Void);
+        }
+      }
+    }
+  }
+}
+
+TEST_F(BuildTest, LeavesNothingBehindWhenItFails) {
+  const FunctionSource nothing({{1, 0, 0, 300, 300, [](int64_t, int64_t) { return kNone; }}}, 0.1, 0.05);
+  const auto report = build(nothing, "a.terrane");
+  ASSERT_FALSE(report.ok());
+  EXPECT_NE(report.error().message.find("nodata"), std::string::npos) << report.error().message;
+  EXPECT_TRUE(contents().empty());
+
+  const FunctionSource tooHigh({{0, 0, 0, 30, 30, [](int64_t, int64_t) { return 3e38F; }}}, 0.1, 0.05);
+  ASSERT_FALSE(build(tooHigh, "a.terrane").ok());
+  EXPECT_TRUE(contents().empty());
+
+  const std::atomic<bool> cancelled{true};
+  BuildOptions options;
+  options.output = path("a.terrane");
+  options.cancel = &cancelled;
+  SilentProgress progress;
+  const auto interrupted = buildDataset(islands(1), options, progress);
+  ASSERT_FALSE(interrupted.ok());
+  EXPECT_NE(interrupted.error().message.find("interrupted"), std::string::npos);
+  EXPECT_TRUE(contents().empty());
+}
+
+TEST_F(BuildTest, ReplacesOnlyDatasetsAndOnlyWhenAsked) {
+  const FunctionSource first = islands(1);
+  const FunctionSource second = islands(2);
+  ASSERT_TRUE(build(first, "a.terrane").ok());
+  const std::string before = bytesOf(path("a.terrane/manifest.json"));
+  const auto refused = build(second, "a.terrane");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("--overwrite"), std::string::npos);
+  EXPECT_EQ(bytesOf(path("a.terrane/manifest.json")), before);
+
+  // A build that fails leaves the old one alone.
+  const FunctionSource nothing({{1, 0, 0, 300, 300, [](int64_t, int64_t) { return kNone; }}}, 0.1, 0.05);
+  ASSERT_FALSE(build(nothing, "a.terrane", 2, true).ok());
+  EXPECT_EQ(bytesOf(path("a.terrane/manifest.json")), before);
+
+  ASSERT_TRUE(build(second, "a.terrane", 2, true).ok());
+  EXPECT_NE(bytesOf(path("a.terrane/manifest.json")), before);
+  EXPECT_EQ(contents(), std::vector<std::string>{"a.terrane"});
+
+  fs::create_directories(path("photos"));
+  std::ofstream(path("photos/cat.jpg")) << "meow";
+  ASSERT_FALSE(build(second, "photos", 2, true).ok());
+  EXPECT_EQ(bytesOf(path("photos/cat.jpg")), "meow");
+}
+
+TEST_F(BuildTest, OneSampleIsEnough) {
+  const FunctionSource source({{0, 0, 0, 0, 0, [](int64_t, int64_t) { return 12.0F; }}}, 1.0, 0.0);
+  ASSERT_TRUE(build(source, "a.terrane").ok());
+  const auto tiles = decodeAll(path("a.terrane"));
+  ASSERT_EQ(tiles.size(), 1U);
+  EXPECT_EQ(tiles.at({0, 0, 0}).samples.coverage.kind, Coverage::Kind::None);
+  EXPECT_EQ(tiles.at({0, 0, 0}).samples.heights[0], 12.0F);
+}
+
+}  // namespace
+}  // namespace terrane

@@ -1,0 +1,125 @@
+#!/bin/bash
+# Bad input for `terrane build`, `info` and `verify`: each gives a clear message, a non-zero exit status, and
+# leaves nothing behind. Usage: bad_input.sh PROGRAM
+set -u
+terrane=$(realpath "$1")
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cd "$folder" || exit 1
+failures=0
+
+# fails STATUS WORDS COMMAND...: the command ends with this status, says these words, leaves nothing behind.
+fails() {
+  local status=$1 words=$2
+  shift 2
+  local before after said code
+  before=$(find . | sort)
+  said=$("$@" 2>&1)
+  code=$?
+  after=$(find . | sort)
+  if [ "$code" -ne "$status" ]; then
+    echo "FAILED: status $code instead of $status: $*"; echo "  $said"; failures=$((failures + 1))
+  elif ! grep -qiE -- "$words" <<<"$said"; then
+    echo "FAILED: does not say '$words': $*"; echo "  $said"; failures=$((failures + 1))
+  elif [ "$before" != "$after" ]; then
+    echo "FAILED: leaves something behind: $*"; diff <(echo "$before") <(echo "$after"); failures=$((failures + 1))
+  else
+    echo "ok: $(grep "^terrane: " <<<"$said" | head -1)"
+  fi
+}
+
+# grid NAME COLUMNS ROWS VALUE: an ASCII grid of one value.
+grid() {
+  { printf 'ncols %d\nnrows %d\nxllcorner 500000\nyllcorner 5200000\ncellsize 10\nNODATA_value -9999\n' "$2" "$3"
+    for ((row = 0; row < $3; ++row)); do
+      for ((col = 0; col < $2; ++col)); do printf '%s ' "$4"; done
+      echo
+    done; } >"$1"
+}
+
+"$terrane" synth -o good.tif --size 700 -q || exit 1
+"$terrane" build good.tif -o good.terrane -q || exit 1
+
+# Inputs.
+fails 1 'missing.tif.*(not|no such)' "$terrane" build missing.tif -o a.terrane
+echo 'Dear reader, this is no raster.' >text.tif
+fails 1 'text.tif' "$terrane" build text.tif -o a.terrane
+head -c $(($(stat -c %s good.tif) / 2)) good.tif >cut.tif
+fails 1 'cut.tif' "$terrane" build cut.tif -o a.terrane
+grid nocrs.asc 20 20 100
+fails 1 '--source-crs' "$terrane" build nocrs.asc -o a.terrane
+grid void.asc 20 20 -9999
+fails 1 'nodata|no data|void' "$terrane" build void.asc -q --source-crs EPSG:32632 -o a.terrane
+grid one.asc 1 1 100
+fails 1 'one.asc|1 ?x ?1' "$terrane" build one.asc --source-crs EPSG:32632 -o a.terrane
+
+# The command line.
+fails 2 'frobnicate' "$terrane" build good.tif -o a.terrane --frobnicate
+fails 2 'size' "$terrane" build good.tif -o a.terrane --memory lots
+fails 2 'required|-o' "$terrane" build good.tif
+fails 2 'max-error|lossless' "$terrane" build good.tif -o a.terrane --lossless --max-error 1
+
+# The output.
+fails 1 '--overwrite' "$terrane" build good.tif -o good.terrane
+fails 1 'does not exist' "$terrane" build good.tif -o nowhere/a.terrane
+fails 1 'cannot be made|not exist' "$terrane" build good.tif -o /proc/a.terrane
+mkdir photos && echo meow >photos/cat.jpg
+fails 1 'no dataset' "$terrane" build good.tif -o photos --overwrite
+if [ "$(id -u)" -eq 0 ]; then
+  echo "note: root may write anywhere; a read-only folder is not tried"
+else
+  mkdir locked && chmod a-w locked
+  fails 1 'locked' "$terrane" build good.tif -o locked/a.terrane
+fi
+
+# A disk that is full, for the archive and for scratch data.
+full() { (ulimit -f 16 && "$@"); }
+fails 1 'room|large|full|written|write' full "$terrane" build good.tif -o a.terrane
+fails 1 'room|large|full|written|write' full "$terrane" build good.tif -o a.terrane --memory 100K
+
+# Datasets that were damaged; -s keeps the size, so that only hashes can tell.
+damaged() { rm -rf bad.terrane && cp -r good.terrane bad.terrane; }
+fails 1 'missing.terrane' "$terrane" info missing.terrane
+fails 1 'missing.terrane' "$terrane" verify missing.terrane
+damaged && printf 'X' | dd of=bad.terrane/elevation.pmtiles bs=1 seek=5000 conv=notrunc status=none
+fails 1 'changed|SHA|damaged' "$terrane" verify bad.terrane
+damaged && truncate -s -100 bad.terrane/elevation.pmtiles
+fails 1 'bytes|cut|trunc|end' "$terrane" verify bad.terrane
+damaged && : >bad.terrane/elevation.pmtiles
+fails 1 'elevation.pmtiles' "$terrane" verify bad.terrane
+fails 1 'elevation.pmtiles' "$terrane" info bad.terrane
+damaged && rm bad.terrane/elevation.pmtiles
+fails 1 'elevation.pmtiles' "$terrane" verify bad.terrane
+damaged && sed -i 's/"builtBy": "terrane/"builtBy": "Terrane/' bad.terrane/manifest.json
+fails 1 'manifest.*changed' "$terrane" verify bad.terrane
+fails 1 'manifest.*changed' "$terrane" info bad.terrane
+damaged && truncate -s 300 bad.terrane/manifest.json
+fails 1 'manifest' "$terrane" verify bad.terrane
+damaged && rm bad.terrane/manifest.json
+fails 1 'manifest' "$terrane" verify bad.terrane
+
+# A manifest from a newer version, sealed as that version would.
+damaged && sed -i -E 's/("formatVersion": )1/\12/; s/("manifestSha256": ")[0-9a-f]{64}/\1'"$(printf '0%.0s' {1..64})"'/' bad.terrane/manifest.json
+seal=$(sha256sum <bad.terrane/manifest.json | cut -d' ' -f1)
+sed -i -E 's/("manifestSha256": ")0{64}/\1'"$seal"'/' bad.terrane/manifest.json
+fails 1 'version' "$terrane" info bad.terrane
+fails 1 'version' "$terrane" verify bad.terrane
+
+# A build that is interrupted while it works leaves nothing behind.
+"$terrane" synth -o large.tif --size 4097 -q || exit 1
+before=$(find . | sort)
+"$terrane" build large.tif -o large.terrane -q >/dev/null 2>&1 &
+builder=$!
+while [ -z "$(find . -name 'large.terrane.partial-*')" ] && kill -0 $builder 2>/dev/null; do :; done
+kill -TERM $builder
+wait $builder
+code=$?
+if [ $code -ne 1 ] || [ "$before" != "$(find . | sort)" ]; then
+  echo "FAILED: an interrupted build ends with status $code and leaves:"; find . -name 'large.terrane*'
+  failures=$((failures + 1))
+else
+  echo "ok: an interrupted build leaves nothing behind"
+fi
+
+[ $failures -eq 0 ] && echo "all bad inputs were told apart" || echo "$failures failed"
+[ $failures -eq 0 ]
