@@ -22,7 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr auto kSamples = static_cast<size_t>(kTileSampleCount);
 constexpr size_t kFaultsKept = 20;
 
 /// Collects faults from any thread.
