@@ -44,4 +44,5 @@ datasets=()
 mkdir -p "$bench_data"
 real_dataset bigtujunga bigtujunga/bigtujunga.tif 11
 real_dataset swiss_alps swiss_alps_n46e008/N46E008.tif 12
+real_dataset california california_3s/california_nevada_3s.tif 13
 synthetic_dataset demo 2049 1

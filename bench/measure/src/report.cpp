@@ -173,7 +173,11 @@ std::string reportToText(const FlightReport& report, const FlightHead& head, con
     text += fmt::format("  cracks      {} of {} pixels of ground; {} see-through\n", report.cracks.cracks,
                         formatCount(report.cracks.checked), report.cracks.seeThrough);
   }
-  if (report.loadingPictures > 0) {
+  if (report.loadingPictures > 0 && report.loading.checked == 0) {
+    text +=
+        "  loading     cracks can only be told from above the highest ground: fly p2_straight or "
+        "p5_turnover\n";
+  } else if (report.loadingPictures > 0) {
     text += fmt::format("  loading     {} cracks of {} pixels of ground in {} pictures\n",
                         report.loading.cracks, formatCount(report.loading.checked), report.loadingPictures);
   }

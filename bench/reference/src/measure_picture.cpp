@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <mutex>
@@ -83,6 +84,23 @@ double farthestAround(const DepthPicture& picture, int x, int y, int reach) {
     for (int dx = -reach; dx <= reach; ++dx) farthest = std::max(farthest, picture.at(x + dx, y + dy));
   }
   return farthest;
+}
+
+/// Is all the ground that the reference shows within `reach` pixels, and between those, free of holes? A hole
+/// may be too small for any pixel's middle, and still be what a pixel shows.
+bool isAllGroundAround(const ReferenceSurface& surface, const Camera& camera, const DepthPicture& picture,
+                       int x, int y, int reach) {
+  glm::dvec2 low(std::numeric_limits<double>::infinity());
+  glm::dvec2 high(-std::numeric_limits<double>::infinity());
+  for (int dy = -reach; dy <= reach; ++dy) {
+    for (int dx = -reach; dx <= reach; ++dx) {
+      const glm::dvec3 ray = camera.rayThroughPixel({x + dx + 0.5, y + dy + 0.5});
+      const glm::dvec3 point = camera.eyeLocal + picture.at(x + dx, y + dy) * ray;
+      low = glm::min(low, glm::dvec2(point.x, point.y));
+      high = glm::max(high, glm::dvec2(point.x, point.y));
+    }
+  }
+  return surface.isAllGround(low, high);
 }
 
 /// Does the reference hide, from the camera, its own point on the vertical of a drawn one?
@@ -194,11 +212,13 @@ CrackMeasure measureCracks(const ReferenceSurface& surface, const Camera& camera
           ++part.checked;
           if (isSky(drawn)) {
             if (!std::isfinite(farthestAround(reference, col, row, outlineReach))) continue;
+            if (!isAllGroundAround(surface, camera, reference, col, row, outlineReach)) continue;
             ++part.cracks;
             if (part.where.size() < kPlacesListed) part.where.push_back({col, row});
           } else {
             if (isBehindGround(surface, camera, drawn) &&
-                camera.viewFromLocal(drawn).z > farthestAround(reference, col, row, depthReach)) {
+                camera.viewFromLocal(drawn).z > farthestAround(reference, col, row, depthReach) &&
+                isAllGroundAround(surface, camera, reference, col, row, depthReach)) {
               ++part.seeThrough;
             }
           }

@@ -221,6 +221,22 @@ std::optional<double> ReferenceSurface::heightAt(glm::dvec2 place) const {
   return std::nullopt;
 }
 
+bool ReferenceSurface::isAllGround(glm::dvec2 low, glm::dvec2 high) const {
+  const double west = std::floor(low.x / grid_.spacingX);
+  const double east = std::floor(high.x / grid_.spacingX);
+  const double north = std::floor(-high.y / grid_.spacingY);
+  const double south = std::floor(-low.y / grid_.spacingY);
+  const auto lastI = static_cast<double>(grid_.cols - 2);
+  const auto lastJ = static_cast<double>(grid_.rows - 2);
+  if (!(west >= 0.0 && north >= 0.0 && east <= lastI && south <= lastJ)) return false;
+  for (auto j = static_cast<int64_t>(north); j <= static_cast<int64_t>(south); ++j) {
+    for (auto i = static_cast<int64_t>(west); i <= static_cast<int64_t>(east); ++i) {
+      if (!grid_.isGround(i, j)) return false;
+    }
+  }
+  return true;
+}
+
 ReferenceSurface::Cover::Cover(const ReferenceSurface& surface, int64_t marginCells)
     : surface_(surface), blockCells_(std::max<int64_t>(marginCells, 1)) {
   const ReferenceGrid& grid = surface.grid();

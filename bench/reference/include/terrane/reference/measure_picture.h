@@ -47,7 +47,8 @@ struct CrackMeasure {
 };
 
 /// Cracks: pixels that show sky although the reference shows ground there and at every pixel within
-/// ceil(tau) + 1 pixels (an outline may move by tau). See-through: pixels whose ground is hidden in the
+/// ceil(tau) + 1 pixels (an outline may move by tau), and that ground has no hole there, however small (whose
+/// outline may be drawn as coarse as a pixel). See-through: pixels whose ground is hidden in the
 /// reference, and farther away than what the reference shows within 2 ceil(tau) + 1 pixels (the near and the
 /// far ground may each move by tau). Rays past the picture's border count as its pixels do.
 CrackMeasure measureCracks(const ReferenceSurface& surface, const Camera& camera,

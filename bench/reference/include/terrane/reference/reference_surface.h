@@ -60,6 +60,9 @@ class ReferenceSurface {
   /// The surface's height at a place; nothing where there is no ground.
   std::optional<double> heightAt(glm::dvec2 place) const;
 
+  /// Is there ground everywhere in a box of local places? Cost: a look at each cell.
+  bool isAllGround(glm::dvec2 low, glm::dvec2 high) const;
+
   /// Would the ray meet *any* continuous surface over the ground, as long as its heights lie between the
   /// lowest and the highest of this one? It would if it comes from above the highest, and stays over ground
   /// until it is below the lowest. Ground counts where all ground is ground within `marginCells` too, rounded

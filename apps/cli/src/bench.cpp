@@ -1,0 +1,168 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "commands.h"
+#include "common.h"
+#include "terrane/measure/bench_result.h"
+#include "terrane/measure/fly.h"
+#include "terrane/reference/load_reference.h"
+#include "terrane/scene/terrain_scene.h"
+
+namespace terrane::cli {
+
+namespace {
+
+struct BenchOptions {
+  std::string dataset;
+  std::string flight;
+  std::string surface = "patches";
+  std::string size = "1280x720";
+  std::string output, plot;
+  int patchSamples = 17;
+  bool reference = false;
+  bool overwrite = false;
+  FlyOptions fly;
+  TerrainOptions terrain;
+  PatchSelection selection;
+  OutputOptions talk;
+};
+
+/// The k of K = 2^k + 1.
+Result<int> exponentOf(int patchSamples) {
+  for (int k = PatchGrid::kSmallest; k <= PatchGrid::kLargest; ++k) {
+    if ((1 << k) + 1 == patchSamples) return k;
+  }
+  return makeError("--k {}: expected 2^k + 1 from 3 to 129, such as 17 or 33", patchSamples);
+}
+
+Status checkOptions(BenchOptions& options) {
+  char tail = 0;
+  FlyOptions& fly = options.fly;
+  if (std::sscanf(options.size.c_str(), "%dx%d%c", &fly.width, &fly.height, &tail) != 2 || fly.width < 1 ||
+      fly.height < 1 || fly.width > 16384 || fly.height > 16384) {
+    return makeError("--size {}: expected WIDTHxHEIGHT in pixels, each 1 to 16384", options.size);
+  }
+  TERRANE_ASSIGN(options.selection.grid.k, exponentOf(options.patchSamples));
+  fly.tauPixels = options.selection.tolerancePixels;
+  for (const std::string& path : {options.output, options.plot}) {
+    if (!path.empty() && !options.overwrite && std::filesystem::exists(path)) {
+      return makeError("{}: exists already; pass --overwrite to replace it", path);
+    }
+  }
+  return {};
+}
+
+/// A path without its folders.
+std::string fileName(const std::string& path) {
+  std::filesystem::path name(path);
+  if (!name.has_filename()) name = name.parent_path();
+  return name.filename().string();
+}
+
+Status runBench(BenchOptions& options) {
+  TERRANE_TRY(checkOptions(options));
+  TERRANE_ASSIGN(const std::unique_ptr<Terrain> terrain, Terrain::open(options.dataset, options.terrain));
+  TERRANE_ASSIGN(const FittedFlight flight, readAndFitFlight(options.flight, *terrain));
+  const auto progress = makeProgress(options.talk);
+
+  // The truth to measure against, where somebody asks for it.
+  std::optional<ReferenceSurface> reference;
+  std::optional<ReferenceSurface::Cover> cover;
+  if (options.reference || options.fly.loadingViews > 0) {
+    progress->beginStage("reference", 1, "surfaces");
+    TERRANE_ASSIGN(reference, loadReference(terrain->dataset()));
+    progress->advance(1);
+  }
+  if (options.fly.loadingViews > 0) {
+    cover.emplace(*reference, coarsestCellMargin(terrain->dataset().manifest().frame));
+  }
+
+  TerrainScene scene(*terrain, options.selection);
+  TERRANE_ASSIGN(const FlightReport report,
+                 fly(scene, flight, options.fly, options.reference ? &*reference : nullptr,
+                     cover ? &*cover : nullptr, *progress));
+  progress->finish();
+
+  // The report, in all the forms that were asked for.
+  const FlightHead head{fileName(options.dataset), std::filesystem::path(options.flight).stem().string(),
+                        options.surface, terrain->rendererName(), options.patchSamples};
+  const auto json = reportToJson(report, head, options.fly);
+  if (!options.output.empty()) TERRANE_TRY(writeTextFile(options.output, json.dump(1) + "\n"));
+  if (!options.plot.empty()) TERRANE_TRY(writeTextFile(options.plot, plotReport(report, head, options.fly)));
+  if (options.talk.json) {
+    printJson(json);
+  } else if (!options.talk.quiet) {
+    std::fputs(reportToText(report, head, options.fly).c_str(), stdout);
+  }
+  return {};
+}
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  terrane bench alps.terrane --flight bench/flights/valley.json\n"
+    "  terrane bench alps.terrane --flight bench/flights/p3_descent.json -o p3.json --plot p3.svg\n"
+    "  terrane bench alps.terrane --flight bench/flights/p1_dolly.json --reference --reference-every 30\n"
+    "  terrane bench alps.terrane --flight bench/flights/p5_turnover.json --frames 1 --loading 4\n"
+    "\n"
+    "docs/flights.md tells what a flight and what a report hold.";
+
+}  // namespace
+
+void addBenchCommand(CLI::App& app, CommandContext& context) {
+  const auto options = std::make_shared<BenchOptions>();
+  CLI::App* command = app.add_subcommand("bench", "fly over a dataset, and measure cost and error");
+  command->footer(kExamples);
+  command->add_option("DATASET", options->dataset, "the dataset's directory")->required();
+  command->add_option("--flight", options->flight, "a camera path (docs/flights.md)")->required();
+  command->add_option("--surface", options->surface, "how tiles become triangles")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"patches"}));
+  command->add_option("--size", options->size, "picture size in pixels")->capture_default_str();
+  CLI::Option* framesPerSecond =
+      command->add_option("--fps", options->fly.framesPerSecond, "frames for each second of the flight")
+          ->capture_default_str()
+          ->check(CLI::Range(0.01, 1000.0));
+  command->add_option("--frames", options->fly.frames, "as many frames, evenly spread, instead")
+      ->check(CLI::Range(1, 1000000))
+      ->excludes(framesPerSecond);
+  command->add_option("--tau", options->selection.tolerancePixels, "largest error on screen, pixels")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 1000.0));
+  command->add_option("--k", options->patchSamples, "samples along a patch's side, 2^k + 1 from 3 to 129")
+      ->capture_default_str();
+  command
+      ->add_option("--fov", options->fly.fovyDegrees, "vertical field of view in degrees, else the flight's")
+      ->check(CLI::Range(1.0, 170.0));
+
+  command->add_flag("--reference", options->reference,
+                    "measure error and cracks against the full-resolution surface");
+  command
+      ->add_option("--reference-every", options->fly.referenceEvery, "frames from one measured to the next")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000));
+  command
+      ->add_option("--loading", options->fly.loadingViews,
+                   "views at which cracks are counted while tiles load in random orders")
+      ->check(CLI::Range(0, 100000));
+  command->add_option("--seed", options->fly.seed, "of the random orders")->capture_default_str();
+  command->add_flag("--software", options->terrain.forceSoftware,
+                    "Mesa's rasteriser even where there is a GPU");
+
+  command->add_option("-o,--output", options->output, "the report, JSON");
+  command->add_option("--plot", options->plot, "the series as a picture, SVG");
+  command->add_flag("--overwrite", options->overwrite, "replace files that exist");
+  addOutputOptions(*command, options->talk);
+  command->callback([&context, options] {
+    context.run = [options] {
+      const Status done = runBench(*options);
+      return done.ok() ? kExitOk : fail(done.error(), options->talk);
+    };
+  });
+}
+
+}  // namespace terrane::cli
