@@ -1,5 +1,7 @@
 #include "terrane/bake/build.h"
 
+#include <gdal.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -160,6 +162,8 @@ Result<BuildReport> buildDataset(const Source& source, const BuildOptions& optio
   const Workers workers(options.threads, options.cancel);
   TERRANE_ASSIGN(PendingDirectory output, PendingDirectory::create(options.output, options.overwrite));
   const uint64_t memory = options.memoryBytes > 0 ? options.memoryBytes : quarterOfMemory();
+  // The rasters' own cache is part of what the build may take.
+  GDALSetCacheMax64(static_cast<GIntBig>(std::max<uint64_t>(memory / 8, 32U << 20)));
 
   Manifest manifest;
   manifest.name =
@@ -182,7 +186,7 @@ Result<BuildReport> buildDataset(const Source& source, const BuildOptions& optio
   // Samples: raw from the finest level up, then filled from the root down. Most of the memory is theirs; what
   // they do not fit into goes to a scratch file.
   BuildReport report;
-  Pyramid pyramid(plan.frame.finestLevel, memory / 4 * 3, output.path());
+  Pyramid pyramid(plan.frame.finestLevel, memory / 8 * 5, output.path());
   {
     const bool mixed = source.nativeLevels().size() > 1;
     std::optional<RankStores> ranks;
