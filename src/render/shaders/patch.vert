@@ -14,14 +14,10 @@ out vec2 vGrid;     // cells of the patch: the right angle's legs are its axes i
 out float vHeight;  // metres
 flat out ivec4 vLayers;
 flat out float vShadingScale;
+flat out ivec4 vLattice;
+flat out ivec4 vTexel;
+flat out vec2 vCorner;  // one of the triangle's corners, like vGrid
 invariant gl_Position;
-
-ivec2 rotateQuarters(ivec2 p, int quarters) {
-  if (quarters == 0) return p;
-  if (quarters == 1) return ivec2(-p.y, p.x);
-  if (quarters == 2) return -p;
-  return ivec2(p.y, -p.x);
-}
 
 void main() {
   ivec2 turned = rotateQuarters(aTemplate, aLattice.w);
@@ -35,4 +31,7 @@ void main() {
   vGrid = uTemplate == 0 ? vec2(aTemplate) : vec2(aTemplate.x + aTemplate.y, aTemplate.x - aTemplate.y) * 0.5;
   vLayers = aLayers;
   vShadingScale = aShading.w;
+  vLattice = aLattice;
+  vTexel = aTexel;
+  vCorner = vGrid;
 }

@@ -7,6 +7,14 @@ vec3 placeVertex(ivec2 latticeFromAnchor, float heightMeters) {
   return vec3(eastSouth.x - uPlace.z, -eastSouth.y - uPlace.w, (heightMeters - uHeight.x) * uHeight.y - uHeight.z);
 }
 
+// By quarter turns from x towards y.
+ivec2 rotateQuarters(ivec2 p, int quarters) {
+  if (quarters == 0) return p;
+  if (quarters == 1) return ivec2(-p.y, p.x);
+  if (quarters == 2) return -p;
+  return ivec2(p.y, -p.x);
+}
+
 vec4 clipFromEye(vec3 place) {
   float depth = dot(place, uViewForward.xyz);
   return vec4(dot(place, uViewRight.xyz) * uViewRight.w, dot(place, uViewUp.xyz) * uViewUp.w,

@@ -27,7 +27,7 @@ struct ProgramRecipes {
                       {"frame.glsl", "sky.glsl", "coverage.glsl", "patch_shade.frag"}};
   ProgramRecipe position{"the position buffer",
                          {"frame.glsl", "place.glsl", "patch.vert"},
-                         {"frame.glsl", "coverage.glsl", "patch_position.frag"}};
+                         {"frame.glsl", "place.glsl", "coverage.glsl", "patch_position.frag"}};
   ProgramRecipe sky{"the sky", {"frame.glsl", "fullscreen.vert"}, {"frame.glsl", "sky.glsl", "sky.frag"}};
   ProgramRecipe present{
       "the finished picture", {"frame.glsl", "fullscreen.vert"}, {"frame.glsl", "present.frag"}};

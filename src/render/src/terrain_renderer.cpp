@@ -287,18 +287,20 @@ Result<std::vector<glm::dvec3>> TerrainRenderer::drawPositions(const Cut& cut, c
   const std::vector<float> fromEye = parts.positions->readRgba32F();
   TERRANE_TRY(parts.context.checkErrors("drawing the position buffer"));
 
-  // Ground has alpha 1, the sky 0. Rasterisers interpolate each coordinate with an error of its own, large
-  // where triangles are seen edge-on; put back on the pixel's ray, only the depth's is left, which stays on
-  // the surface.
+  // Ground has alpha 1, the sky 0. Rasterisers interpolate with errors of their own: put back on the pixel's
+  // ray, only the depth's is left. Where the place is off the ray by more than that, a triangle is seen
+  // edge-on and only its place is on the surface.
   constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kOffRayPixels = 0.02;
   std::vector<glm::dvec3> out(fromEye.size() / 4, glm::dvec3(kNothing));
   for (size_t i = 0; i < out.size(); ++i) {
     if (fromEye[4 * i + 3] == 0.0F) continue;
-    const double depthMeters =
-        glm::dot(glm::dvec3(fromEye[4 * i], fromEye[4 * i + 1], fromEye[4 * i + 2]), camera.forward);
+    const glm::dvec3 offset(fromEye[4 * i], fromEye[4 * i + 1], fromEye[4 * i + 2]);
     const size_t width = static_cast<size_t>(camera.width);
     const glm::dvec2 pixel{static_cast<double>(i % width) + 0.5, static_cast<double>(i / width) + 0.5};
-    const glm::dvec3 place = camera.eyeLocal + camera.rayThroughPixel(pixel) * depthMeters;
+    const glm::dvec3 onRay = camera.rayThroughPixel(pixel) * glm::dot(offset, camera.forward);
+    const double tolerance = kOffRayPixels / camera.pixelsPerTangent() * glm::dot(offset, camera.forward);
+    const glm::dvec3 place = camera.eyeLocal + (glm::length(onRay - offset) <= tolerance ? onRay : offset);
     out[i] = {place.x, place.y, place.z / exaggeration};
   }
   return out;
