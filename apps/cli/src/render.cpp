@@ -40,7 +40,7 @@ struct RenderOptions {
   double framesPerSecond = 30.0;
   std::string position, stats;
   std::string mode = "shaded", outline = "none", cull = "on", metric = "full";
-  std::string water = "auto";
+  std::string water = "auto", palette = "auto";
   int patchSamples = 17;
   bool overwrite = false;
   TerrainOptions terrain;
@@ -116,6 +116,16 @@ std::optional<double> seaLevel(const Manifest& manifest) {
   return 0.0;
 }
 
+/// Somewhere without meadows: an ellipsoid that is not about the Earth's size.
+bool isBareWorld(const Manifest& manifest) {
+  const size_t ellipsoid = manifest.crsWkt.find("ELLIPSOID[\"");
+  const size_t comma =
+      ellipsoid == std::string::npos ? ellipsoid : manifest.crsWkt.find("\",", ellipsoid + 11);
+  if (comma == std::string::npos) return false;
+  const double radiusMeters = std::atof(manifest.crsWkt.c_str() + comma + 2);
+  return radiusMeters > 0.0 && (radiusMeters < 6.3e6 || radiusMeters > 6.45e6);
+}
+
 class RenderCommand {
  public:
   explicit RenderCommand(RenderOptions& options) : options_(options) {}
@@ -149,6 +159,10 @@ class RenderCommand {
     const Manifest& manifest = terrain_->dataset().manifest();
     options_.style.lowMeters = manifest.minHeight;
     options_.style.highMeters = std::max(manifest.maxHeight, manifest.minHeight + 1.0);
+    options_.style.palette =
+        options_.palette == "grey" || (options_.palette == "auto" && isBareWorld(manifest))
+            ? Palette::grey()
+            : Palette::forGround(manifest.maxHeight);
     if (options_.water == "auto") {
       options_.style.waterLevelMeters = seaLevel(manifest);
     } else if (options_.water != "off") {
@@ -219,7 +233,8 @@ class RenderCommand {
     }
     FrameReport report = terrain_->report();
     if (!options_.position.empty()) {
-      TERRANE_ASSIGN(const PositionPicture positions, terrain_->drawPositions(cut, camera, options_.style.exaggeration));
+      TERRANE_ASSIGN(const PositionPicture positions,
+                     terrain_->drawPositions(cut, camera, options_.style.exaggeration));
       TERRANE_TRY(writePositions(positions));
       if (options_.output.empty()) report = terrain_->report();
     }
@@ -395,6 +410,9 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
       ->check(CLI::Range(0.01, 100.0));
   command->add_option("--water", options->water, "height of flat water in metres, auto or off")
       ->capture_default_str();
+  command->add_option("--palette", options->palette, "colours of the shaded mode")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "land", "grey"}));
   command->add_option("--cull", options->cull, "leave out what is outside the frustum")
       ->capture_default_str()
       ->check(CLI::IsMember({"on", "off"}));

@@ -1,5 +1,6 @@
 #include "tile_store.h"
 
+#include <algorithm>
 #include <array>
 
 namespace terrane {
@@ -53,18 +54,51 @@ TileStore::TileStore(const gpu::Context& context)
       gradients_(gpu::kRg16F, kAtlasWidth, kAtlasHeight, gpu::Filter::Linear),
       coverage_(gpu::kR8Ui, kCoverageRowBytes, kTileCells, gpu::Filter::Nearest) {}
 
+namespace {
+
+/// The cells that are shown: those that are ground and have ground at all four corners. note: a coarse cell
+/// is ground when half of it is, so a corner may lie beyond; between it and the last ground the surface runs
+/// to a height that only fills a gap, which would stand there as a wall.
+Coverage shownCells(const TileSamples& samples) {
+  const auto isVoid = [&](int col, int row) {
+    return samples.states[static_cast<size_t>(row * kTileSamples + col)] == SampleState::Void;
+  };
+  if (samples.coverage.kind == Coverage::Kind::None ||
+      std::find(samples.states.begin(), samples.states.end(), SampleState::Void) == samples.states.end())
+    return samples.coverage;
+
+  Coverage out{.kind = Coverage::Kind::Partial, .bits = std::vector<uint8_t>(Coverage::kBytes, 0)};
+  int shown = 0;
+  for (int row = 0; row < kTileCells; ++row) {
+    for (int col = 0; col < kTileCells; ++col) {
+      if (!samples.coverage.covered(col, row) || isVoid(col, row) || isVoid(col + 1, row) ||
+          isVoid(col, row + 1) || isVoid(col + 1, row + 1))
+        continue;
+      const int cell = row * kTileCells + col;
+      out.bits[static_cast<size_t>(cell >> 3)] |= static_cast<uint8_t>(1U << (cell & 7));
+      ++shown;
+    }
+  }
+  if (shown == 0) return {};
+  return out;
+}
+
+}  // namespace
+
 Status TileStore::upload(TileId id, const TileSamples& samples) {
   TERRANE_CHECK(id.valid(), "{}", toString(id));
   TERRANE_CHECK(samples.heights.size() == static_cast<size_t>(kTileSampleCount), "{} heights",
                 samples.heights.size());
-  const bool partial = samples.coverage.kind == Coverage::Kind::Partial;
-  TERRANE_CHECK(!partial || samples.coverage.bits.size() == Coverage::kBytes, "{} bytes",
-                samples.coverage.bits.size());
+  TERRANE_CHECK(
+      samples.coverage.kind != Coverage::Kind::Partial || samples.coverage.bits.size() == Coverage::kBytes,
+      "{} bytes", samples.coverage.bits.size());
+  const Coverage shown = shownCells(samples);
+  const bool partial = shown.kind == Coverage::Kind::Partial;
   drop(id);
 
   // Make room first, so that a full GPU leaves everything as it was.
   Entry entry;
-  entry.coverage = samples.coverage.kind;
+  entry.coverage = shown.kind;
   entry.layer = layers_.take();
   if (partial) entry.coverageLayer = coverageLayers_.take();
   const auto makeRoom = [&]() -> Status {
@@ -79,10 +113,10 @@ Status TileStore::upload(TileId id, const TileSamples& samples) {
                      room.error().message);
   }
 
-  TileShading shading = makeTileShading(samples.heights, samples.coverage);
+  TileShading shading = makeTileShading(samples.heights, shown);
   heights_.uploadLayer(entry.layer, samples.heights.data());
   gradients_.uploadLayer(entry.layer, shading.atlas.data());
-  if (partial) coverage_.uploadLayer(entry.coverageLayer, samples.coverage.bits.data());
+  if (partial) coverage_.uploadLayer(entry.coverageLayer, shown.bits.data());
   entry.borders = std::move(shading.borders);
   tiles_.emplace(id, std::move(entry));
   markAround(id);
