@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "pyramid_steps.h"
 #include "terrane/codec/elevation_codec.h"
@@ -19,6 +21,24 @@ struct Scratch {
   std::vector<uint16_t> parentNativeRanks = std::vector<uint16_t>(kSamples);
 };
 
+/// The height that ground nearest to a corner of the root has, or `otherwise` where the root shows none: so
+/// what lies between the corner and the ground is level with the ground, not a slope to somewhere.
+float nearestHeight(const std::vector<float>& heights, LatticePoint corner, float otherwise) {
+  float found = otherwise;
+  int64_t nearest = std::numeric_limits<int64_t>::max();
+  for (int y = 0; y < kTileSamples; ++y) {
+    for (int x = 0; x < kTileSamples; ++x) {
+      const float height = heights[static_cast<size_t>(y * kTileSamples + x)];
+      if (std::isnan(height)) continue;
+      const int64_t dx = x - corner.x, dy = y - corner.y;
+      if (dx * dx + dy * dy >= nearest) continue;
+      nearest = dx * dx + dy * dy;
+      found = height;
+    }
+  }
+  return found;
+}
+
 /// The root: the lattice from its corners down, each missing sample the mean of its hypotenuse's ends.
 void fillRoot(std::vector<float>& heights, std::vector<SampleState>& states, float cornerHeight) {
   for (size_t i = 0; i < kSamples; ++i) {
@@ -27,10 +47,11 @@ void fillRoot(std::vector<float>& heights, std::vector<SampleState>& states, flo
   const auto at = [&](LatticePoint p) -> float& {
     return heights[static_cast<size_t>(p.y * kTileSamples + p.x)];
   };
-  for (const LatticePoint corner :
-       {LatticePoint{0, 0}, {kTileCells, 0}, {0, kTileCells}, {kTileCells, kTileCells}}) {
-    if (std::isnan(at(corner))) at(corner) = cornerHeight;
-  }
+  constexpr std::array<LatticePoint, 4> kCorners = {
+      {{0, 0}, {kTileCells, 0}, {0, kTileCells}, {kTileCells, kTileCells}}};
+  std::array<float, 4> cornerHeights{};
+  for (size_t i = 0; i < 4; ++i) cornerHeights[i] = nearestHeight(heights, kCorners[i], cornerHeight);
+  for (size_t i = 0; i < 4; ++i) at(kCorners[i]) = cornerHeights[i];
   const Lattice lattice(0);
   for (int level = 0; level <= lattice.deepestLevel(); ++level) {
     // Quad-centres stand at odd multiples of the half-size, edge-centres where one coordinate is even.

@@ -31,7 +31,7 @@ Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale
 
 /// Step 2, from the root down: every sample gets its height and state. A sample without data is Interpolated
 /// where an input of a coarser level lies there, Void elsewhere; the world's corners without data have
-/// `cornerHeight`.
+/// the height of the nearest data in the root, or `cornerHeight` where the root has none.
 Status fillTiles(const Source& source, Pyramid& pyramid, RankStores* ranks, float cornerHeight,
                  const Workers& workers, Progress& progress);
 

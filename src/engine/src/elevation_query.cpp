@@ -23,7 +23,8 @@ Result<std::optional<double>> ElevationQuery::heightAt(glm::dvec2 local) {
     const double cellSize = std::ldexp(1.0, frame.finestLevel - id.level);
     cell = sample / cellSize - glm::dvec2(id.col, id.row) * static_cast<double>(kTileCells);
     if (id.level == frame.finestLevel) break;
-    const int quadrant = (cell.x >= kTileCells / 2 ? 1 : 0) | (cell.y >= kTileCells / 2 ? 2 : 0);
+    constexpr double kHalf = 0.5 * kTileCells;
+    const int quadrant = (cell.x >= kHalf ? 1 : 0) | (cell.y >= kHalf ? 2 : 0);
     if (pool_.find(id)->children[static_cast<size_t>(quadrant)].state != ChildState::Present) break;
     id = id.child(quadrant);
     const std::array<TileId, 1> next{id};

@@ -39,7 +39,8 @@ struct Terrain::State {
   std::unordered_set<TileId, TileIdHash> onGpu;
   FrameReport report;
 
-  State(Dataset opened, const TerrainOptions& wanted) : dataset(std::move(opened)), options(wanted), pool(dataset) {}
+  State(Dataset opened, const TerrainOptions& wanted)
+      : dataset(std::move(opened)), options(wanted), pool(dataset) {}
 };
 
 Terrain::Terrain(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -50,10 +51,18 @@ Result<std::unique_ptr<Terrain>> Terrain::open(const std::string& directory, con
   return std::unique_ptr<Terrain>(new Terrain(std::make_unique<State>(std::move(dataset), options)));
 }
 
-const Dataset& Terrain::dataset() const { return state_->dataset; }
-TilePool& Terrain::tiles() { return state_->pool; }
-const FrameReport& Terrain::report() const { return state_->report; }
-std::string Terrain::rendererName() const { return state_->context ? state_->context->rendererName() : std::string(); }
+const Dataset& Terrain::dataset() const {
+  return state_->dataset;
+}
+TilePool& Terrain::tiles() {
+  return state_->pool;
+}
+const FrameReport& Terrain::report() const {
+  return state_->report;
+}
+std::string Terrain::rendererName() const {
+  return state_->context ? state_->context->rendererName() : std::string();
+}
 
 GroundBox Terrain::groundBox() const {
   const Manifest& manifest = state_->dataset.manifest();
@@ -90,9 +99,9 @@ Result<Cut> Terrain::selectAndLoad(const Camera& camera, const PatchSelection& s
 Status Terrain::prepareDrawing(const Cut& cut) {
   State& state = *state_;
   if (!state.context) {
-    TERRANE_ASSIGN(state.context,
-                   gpu::Context::createHeadless({.api = state.options.openGlEs ? gpu::Api::OpenGlEs : gpu::Api::OpenGl,
-                                                 .forceSoftware = state.options.forceSoftware}));
+    TERRANE_ASSIGN(state.context, gpu::Context::createHeadless(
+                                      {.api = state.options.openGlEs ? gpu::Api::OpenGlEs : gpu::Api::OpenGl,
+                                       .forceSoftware = state.options.forceSoftware}));
     TERRANE_ASSIGN(state.renderer, TerrainRenderer::create(*state.context));
   }
 
@@ -147,7 +156,8 @@ Result<PositionPicture> Terrain::drawPositions(const Cut& cut, const Camera& cam
   const Stopwatch watch;
   TERRANE_TRY(prepareDrawing(cut));
   const Frame& frame = state_->dataset.manifest().frame;
-  TERRANE_ASSIGN(std::vector<glm::dvec3> local, state_->renderer->drawPositions(cut, frame, camera, exaggeration));
+  TERRANE_ASSIGN(std::vector<glm::dvec3> local,
+                 state_->renderer->drawPositions(cut, frame, camera, exaggeration));
   state_->report.drawMilliseconds = watch.milliseconds();
   return PositionPicture{camera.width, camera.height, std::move(local)};
 }
