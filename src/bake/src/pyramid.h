@@ -23,8 +23,8 @@ struct PyramidTile {
   bool complete = false;                            ///< raw data for every sample
   bool rough = false;                               ///< surely not what interpolation makes of its parent
   Coverage coverage;
-  bool significant = true;                          ///< not what interpolation makes of its parent
-  bool stored = true;  ///< false: it and all below it are what interpolation makes of its parent
+  bool significant = true;  ///< not what interpolation makes of its parent
+  bool stored = true;       ///< false: it and all below it are what interpolation makes of its parent
 };
 
 /// The error and height range of every node of a level's tiles: tile i has the nodes from i * nodesPerTile.

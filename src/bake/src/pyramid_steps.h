@@ -24,8 +24,9 @@ struct RawTotals {
 };
 
 /// Step 1, from the finest level up: which tiles there are (those with data, and empty ones around them), and
-/// their raw heights on the dataset's step (NaN where there is no data). `ranks` may be null where all inputs are native to one level.
-/// Errors: the source's; a height that the step cannot express; no data at all; no room.
+/// their raw heights on the dataset's step (NaN where there is no data). `ranks` may be null where all inputs
+/// are native to one level. Errors: the source's; a height that the step cannot express; no data at all; no
+/// room.
 Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale, Pyramid& pyramid,
                                RankStores* ranks, const Workers& workers, Progress& progress);
 

@@ -16,11 +16,11 @@ namespace terrane {
 
 /// What the user said of the inputs. Strings are empty, options absent, where nothing was said.
 struct SourceOptions {
-  std::vector<std::string> inputs;  ///< files, folders, globs, or @list files; later ones lie on top
-  std::string crs;                  ///< --crs: the dataset's, anything PROJ understands
-  std::string sourceCrs;            ///< --source-crs: of inputs without one or with a wrong one
-  std::optional<double> noData;     ///< --nodata: overrides what the files say
-  bool lossless = false;            ///< --lossless
+  std::vector<std::string> inputs;       ///< files, folders, globs, or @list files; later ones lie on top
+  std::string crs;                       ///< --crs: the dataset's, anything PROJ understands
+  std::string sourceCrs;                 ///< --source-crs: of inputs without one or with a wrong one
+  std::optional<double> noData;          ///< --nodata: overrides what the files say
+  bool lossless = false;                 ///< --lossless
   std::optional<double> maxErrorMeters;  ///< --max-error
 };
 
