@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "terrane/base/format_number.h"
+#include "terrane/engine/read_flight.h"
 #include "terrane/measure/bench_result.h"
 #include "terrane/measure/fly.h"
 #include "terrane/reference/load_reference.h"
@@ -82,7 +83,7 @@ Status measureDataset(const std::string& directory, const std::vector<std::strin
   const Truth truth(std::move(surface), terrain->dataset().manifest().frame);
   std::vector<NamedFlight> flights;
   for (const std::string& path : paths) {
-    TERRANE_ASSIGN(FittedFlight flight, readAndFitFlight(path, *terrain));
+    TERRANE_ASSIGN(FittedFlight flight, readFlight(path, *terrain));
     flights.push_back({std::filesystem::path(path).stem().string(), std::move(flight)});
   }
 

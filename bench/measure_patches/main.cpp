@@ -3,6 +3,7 @@
 #include <map>
 
 #include "terrane/base/format_number.h"
+#include "terrane/engine/read_flight.h"
 #include "terrane/measure/bench_result.h"
 #include "terrane/measure/fly.h"
 #include "terrane/measure/grid_tiles.h"
@@ -34,7 +35,7 @@ Status measureDataset(const std::string& directory, const std::vector<std::strin
   FlyOptions options;
   options.frames = kFramesPerFlight;
   for (const std::string& path : flights) {
-    TERRANE_ASSIGN(const FittedFlight flight, readAndFitFlight(path, *terrain));
+    TERRANE_ASSIGN(const FittedFlight flight, readFlight(path, *terrain));
     const std::vector<double> times = frameTimes(flight.durationSeconds(), options);
     nlohmann::ordered_json row = {{"dataset", std::filesystem::path(directory).stem().string()},
                                   {"flight", std::filesystem::path(path).stem().string()}};

@@ -8,6 +8,8 @@
 
 #include "commands.h"
 #include "common.h"
+#include "picture_options.h"
+#include "terrane/engine/read_flight.h"
 #include "terrane/measure/bench_result.h"
 #include "terrane/measure/fly.h"
 #include "terrane/reference/load_reference.h"
@@ -32,22 +34,10 @@ struct BenchOptions {
   OutputOptions talk;
 };
 
-/// The k of K = 2^k + 1.
-Result<int> exponentOf(int patchSamples) {
-  for (int k = PatchGrid::kSmallest; k <= PatchGrid::kLargest; ++k) {
-    if ((1 << k) + 1 == patchSamples) return k;
-  }
-  return makeError("--k {}: expected 2^k + 1 from 3 to 129, such as 17 or 33", patchSamples);
-}
-
 Status checkOptions(BenchOptions& options) {
-  char tail = 0;
   FlyOptions& fly = options.fly;
-  if (std::sscanf(options.size.c_str(), "%dx%d%c", &fly.width, &fly.height, &tail) != 2 || fly.width < 1 ||
-      fly.height < 1 || fly.width > 16384 || fly.height > 16384) {
-    return makeError("--size {}: expected WIDTHxHEIGHT in pixels, each 1 to 16384", options.size);
-  }
-  TERRANE_ASSIGN(options.selection.grid.k, exponentOf(options.patchSamples));
+  TERRANE_TRY(parsePictureSize(options.size, fly.width, fly.height));
+  TERRANE_ASSIGN(options.selection.grid, parsePatchGrid(options.patchSamples));
   fly.tauPixels = options.selection.tolerancePixels;
   for (const std::string& path : {options.output, options.plot}) {
     if (!path.empty() && !options.overwrite && std::filesystem::exists(path)) {
@@ -67,7 +57,7 @@ std::string fileName(const std::string& path) {
 Status runBench(BenchOptions& options) {
   TERRANE_TRY(checkOptions(options));
   TERRANE_ASSIGN(const std::unique_ptr<Terrain> terrain, Terrain::open(options.dataset, options.terrain));
-  TERRANE_ASSIGN(const FittedFlight flight, readAndFitFlight(options.flight, *terrain));
+  TERRANE_ASSIGN(const FittedFlight flight, readFlight(options.flight, *terrain));
   const auto progress = makeProgress(options.talk);
 
   // The truth to measure against, where somebody asks for it.

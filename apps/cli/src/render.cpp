@@ -1,23 +1,20 @@
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <memory>
 #include <optional>
-#include <sstream>
 
 #include "commands.h"
 #include "common.h"
 #include "frame_sink.h"
+#include "picture_options.h"
 #include "terrane/bake/position_raster.h"
 #include "terrane/base/format_number.h"
-#include "terrane/engine/elevation_query.h"
+#include "terrane/engine/read_flight.h"
 #include "terrane/engine/terrain.h"
-#include "terrane/tiling/flight.h"
 
 namespace terrane::cli {
 
@@ -94,21 +91,6 @@ Result<double> parseDirection(const std::string& text) {
       "--look-from {}: expected N, NE, E, SE, S, SW, W, NW, above, or degrees clockwise from north", text);
 }
 
-Status parseSize(const std::string& text, int& width, int& height) {
-  char tail = 0;
-  if (std::sscanf(text.c_str(), "%dx%d%c", &width, &height, &tail) != 2 || width < 1 || height < 1 ||
-      width > 16384 || height > 16384)
-    return makeError("--size {}: expected WIDTHxHEIGHT in pixels, each 1 to 16384", text);
-  return {};
-}
-
-Result<std::string> readText(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) return makeError("{}: cannot be read; does it exist?", path);
-  return text.str();
-}
-
 /// The water level that a dataset seems to have: its sea stands at 0 when the lowest ground is about there.
 std::optional<double> seaLevel(const Manifest& manifest) {
   if (manifest.minHeight > 0.0 || manifest.minHeight < -450.0 || manifest.maxHeight < 5.0)
@@ -137,17 +119,13 @@ class RenderCommand {
 
  private:
   Status work() {
-    TERRANE_TRY(parseSize(options_.size, width_, height_));
+    TERRANE_TRY(parsePictureSize(options_.size, width_, height_));
     if (options_.output.empty() && options_.position.empty())
       return makeError("nothing to write: pass -o PICTURE.png, or --position OUT.tif");
     for (const std::string& path : {options_.output, options_.position, options_.stats})
       if (!path.empty() && !options_.overwrite && std::filesystem::exists(path))
         return makeError("{}: exists already; pass --overwrite to replace it", path);
-    int k = 1;
-    while ((1 << k) + 1 < options_.patchSamples) ++k;
-    if ((1 << k) + 1 != options_.patchSamples || k > PatchGrid::kLargest)
-      return makeError("--k {}: expected 2^k + 1 from 3 to 129, such as 17 or 33", options_.patchSamples);
-    options_.selection.grid.k = k;
+    TERRANE_ASSIGN(options_.selection.grid, parsePatchGrid(options_.patchSamples));
     options_.selection.cull = options_.cull == "on";
     options_.selection.metric = choice(kMetrics, options_.metric);
     options_.style.mode = choice(kModes, options_.mode);
@@ -221,7 +199,7 @@ class RenderCommand {
                                                          options_.freezeAt.substr(slash + 1), "--freeze-at"));
     const GroundBox box = terrain_->groundBox();
     options_.style.frustum =
-        FrustumOverlay{frozen, 0.5 * std::max(box.high.x - box.low.x, box.high.y - box.low.y)};
+        FrustumOverlay{frozen, 1.2 * std::max(box.high.x - box.low.x, box.high.y - box.low.y)};
     return terrain_->selectAndLoad(frozen, options_.selection);
   }
 
@@ -251,26 +229,7 @@ class RenderCommand {
   }
 
   Status renderFlight() {
-    TERRANE_ASSIGN(const std::string text, readText(options_.flight));
-    TERRANE_ASSIGN(const Flight flight, flightFromJson(text, options_.flight));
-    const Manifest& manifest = terrain_->dataset().manifest();
-    const GroundBox box = terrain_->groundBox();
-
-    ElevationQuery query(terrain_->dataset());
-    std::optional<Error> failed;
-    FlightGround ground;
-    ground.southWestLocal = box.low;
-    ground.northEastLocal = box.high;
-    ground.minHeight = manifest.minHeight;
-    ground.maxHeight = manifest.maxHeight;
-    ground.heightAt = [&](glm::dvec2 local) {
-      const auto height = query.heightAt(local);
-      if (!height.ok()) failed = height.error();
-      return height.ok() && *height ? **height : std::numeric_limits<double>::quiet_NaN();
-    };
-    TERRANE_ASSIGN(const FittedFlight fitted, fitFlight(flight, manifest.frame, ground));
-    if (failed) return *failed;
-
+    TERRANE_ASSIGN(const FittedFlight fitted, readFlight(options_.flight, *terrain_));
     if (options_.atSeconds) return renderStill(fitted.at(*options_.atSeconds, width_, height_));
     if (!options_.position.empty())
       return makeError("--position needs one moment of the flight; pass --at SECONDS");
@@ -309,6 +268,7 @@ class RenderCommand {
             {"patches", report.patches},
             {"tiles", report.tiles},
             {"draw_calls", report.drawCalls},
+            {"error_bound_px", report.errorPixels},
             {"deepest_level", report.deepestLevel},
             {"bytes_read", report.bytesRead},
             {"resident_bytes", report.residentBytes},
@@ -334,10 +294,10 @@ class RenderCommand {
       line["output"] = options_.output;
       printJson(line);
     } else if (!options_.talk.quiet) {
-      std::fprintf(stderr, "%s: %s triangles in %s patches from %s tiles, error at most %g px\n",
+      std::fprintf(stderr, "%s: %s triangles in %s patches from %s tiles, error at most %.2g px\n",
                    (options_.output.empty() ? options_.position : options_.output).c_str(),
                    formatCount(report.triangles).c_str(), formatCount(report.patches).c_str(),
-                   formatCount(report.tiles).c_str(), options_.selection.tolerancePixels);
+                   formatCount(report.tiles).c_str(), report.errorPixels);
     }
   }
 

@@ -108,10 +108,12 @@ Status Terrain::prepareDrawing(const Cut& cut) {
   // What the frame reads: heights, shading, and the shading tile's parent that it blends with.
   std::unordered_set<TileId, TileIdHash> needed, read;
   int deepest = 0;
+  float error = 0.0F;
   for (const Patch& patch : cut.patches) {
     needed.insert(patch.tile);
     needed.insert(patch.shadingTile);
     deepest = std::max(deepest, patch.tile.level);
+    error = std::max(error, patch.errorPixels);
   }
   read = needed;
   for (const TileId id : read)
@@ -136,6 +138,7 @@ Status Terrain::prepareDrawing(const Cut& cut) {
   state.report.triangles = state.report.patches * cut.grid.trianglesPerPatch();
   state.report.tiles = static_cast<int64_t>(read.size());
   state.report.deepestLevel = deepest;
+  state.report.errorPixels = static_cast<double>(error);
   state.report.bytesRead = state.pool.bytesRead();
   state.report.residentBytes = state.pool.residentBytes();
   state.report.gpuBytes = state.renderer->gpuBytes();

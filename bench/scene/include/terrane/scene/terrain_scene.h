@@ -1,10 +1,7 @@
 #pragma once
 
-#include <string>
-
 #include "terrane/engine/terrain.h"
 #include "terrane/measure/fly.h"
-#include "terrane/tiling/flight.h"
 
 namespace terrane {
 
@@ -26,8 +23,5 @@ class TerrainScene final : public FlightScene {
   PatchSelection selection_;
   RenderStyle style_;
 };
-
-/// Reads a flight's file and lays it over a dataset.
-Result<FittedFlight> readAndFitFlight(const std::string& path, const Terrain& terrain);
 
 }  // namespace terrane

@@ -41,6 +41,7 @@ struct FrameReport {
   int64_t triangles = 0;
   int64_t tiles = 0;  ///< different tiles that the frame reads, for heights or shading
   int drawCalls = 0;
+  double errorPixels = 0.0;    ///< bound of the geometric error over all patches of the cut
   int deepestLevel = 0;        ///< of the tiles that heights are read from
   uint64_t bytesRead = 0;      ///< of the dataset, since it was opened
   uint64_t residentBytes = 0;  ///< decoded tiles in memory

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "terrane/base/result.h"
+#include "terrane/engine/terrain.h"
+#include "terrane/tiling/flight.h"
+
+namespace terrane {
+
+/// Reads a flight's file and lays it over a dataset (docs/flights.md). Asks the dataset for the ground under
+/// the path at full resolution. Errors: the file, what is wrong in it, tiles that cannot be read.
+Result<FittedFlight> readFlight(const std::string& path, const Terrain& terrain);
+
+}  // namespace terrane
