@@ -128,13 +128,7 @@ Status measureDataset(const std::string& directory, const std::vector<std::strin
 
 Status run(const std::vector<std::string>& arguments) {
   if (arguments.size() < 3) return makeError("usage: measure_error FLIGHTS-FOLDER RESULT.json DATASET...");
-  std::vector<std::string> flights;
-  std::error_code failed;
-  for (const auto& entry : std::filesystem::directory_iterator(arguments[0], failed)) {
-    if (entry.path().extension() == ".json") flights.push_back(entry.path().string());
-  }
-  std::sort(flights.begin(), flights.end());
-  if (failed || flights.empty()) return makeError("{}: has no flights", arguments[0]);
+  TERRANE_ASSIGN(const std::vector<std::string> flights, flightsIn(arguments[0]));
 
   BenchResult result;
   result.bench = "error";

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <thread>
 
@@ -105,6 +106,17 @@ std::string describeMachine() {
   }
   const unsigned cores = std::thread::hardware_concurrency();
   return fmt::format("{}, {} cores, {}", processor, cores, system);
+}
+
+Result<std::vector<std::string>> flightsIn(const std::string& folder) {
+  std::vector<std::string> flights;
+  std::error_code failed;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, failed)) {
+    if (entry.path().extension() == ".json") flights.push_back(entry.path().string());
+  }
+  std::sort(flights.begin(), flights.end());
+  if (failed || flights.empty()) return makeError("{}: has no flights", folder);
+  return flights;
 }
 
 Status writeTextFile(const std::string& path, const std::string& text) {

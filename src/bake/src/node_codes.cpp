@@ -186,23 +186,12 @@ Status saturateNodes(Pyramid& pyramid, const ElevationScale& scale, double maxEr
 }
 
 NodeCodes nodeCodesAt(const Pyramid& pyramid, int level, int nodeLevel, LatticePoint center) {
-  const auto& tiles = pyramid.levels[static_cast<size_t>(level)];
+  const Pyramid::PlacedPoint at = pyramid.findStored(level, center);
+  if (at.tile < 0) return {};
   const LevelNodes& nodes = pyramid.nodes[static_cast<size_t>(level)];
-  // A centre on a border stands in two tiles.
-  for (const int dx : {0, 1}) {
-    for (const int dy : {0, 1}) {
-      if ((dx == 1 && center.x % kTileCells != 0) || (dy == 1 && center.y % kTileCells != 0)) continue;
-      const TileId id{level, center.x / kTileCells - dx, center.y / kTileCells - dy};
-      if (!id.valid()) continue;
-      const int index = pyramid.find(id);
-      if (index < 0 || !tiles[static_cast<size_t>(index)].stored) continue;
-      const size_t node = static_cast<size_t>(index) * static_cast<size_t>(nodes.nodesPerTile) +
-                          static_cast<size_t>(nodeIndex(nodeLevel, center.x - id.col * kTileCells,
-                                                        center.y - id.row * kTileCells, level == 0));
-      return {nodes.errorCode[node], nodes.lowCode[node], nodes.highCode[node]};
-    }
-  }
-  return {};
+  const size_t node = static_cast<size_t>(at.tile) * static_cast<size_t>(nodes.nodesPerTile) +
+                      static_cast<size_t>(nodeIndex(nodeLevel, at.local.x, at.local.y, level == 0));
+  return {nodes.errorCode[node], nodes.lowCode[node], nodes.highCode[node]};
 }
 
 ChildSummary summariseMissingChild(const TileSamples& samples, const TileNodes& nodes, bool isRoot,

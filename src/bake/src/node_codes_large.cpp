@@ -101,21 +101,11 @@ class LargeSaturator {
     if (nodeLevel < lastLargeNodeLevel(k)) return code(level_, index, k, nodeLevel + 1, p);
     if (level_ == pyramid_.finestLevel()) return -1;
 
-    // On the next level; where the point is on a border either tile will do.
     const TileId id = tiles_[index].id;
-    const LatticePoint below{2 * (id.col * kTileCells + p.x), 2 * (id.row * kTileCells + p.y)};
-    for (const int dx : {0, 1}) {
-      for (const int dy : {0, 1}) {
-        if ((dx == 1 && below.x % kTileCells != 0) || (dy == 1 && below.y % kTileCells != 0)) continue;
-        const TileId child{level_ + 1, below.x / kTileCells - dx, below.y / kTileCells - dy};
-        const int at = child.valid() ? pyramid_.find(child) : -1;
-        if (at < 0 || !pyramid_.levels[static_cast<size_t>(level_) + 1][static_cast<size_t>(at)].stored)
-          continue;
-        return code(level_ + 1, static_cast<size_t>(at), k, firstLargeNodeLevel(k, false),
-                    {below.x - child.col * kTileCells, below.y - child.row * kTileCells});
-      }
-    }
-    return -1;
+    const Pyramid::PlacedPoint below =
+        pyramid_.findStored(level_ + 1, {2 * (id.col * kTileCells + p.x), 2 * (id.row * kTileCells + p.y)});
+    if (below.tile < 0) return -1;
+    return code(level_ + 1, static_cast<size_t>(below.tile), k, firstLargeNodeLevel(k, false), below.local);
   }
 
   void join(int k, size_t index, LatticePoint local, TileId neighbour, LatticePoint localThere) {

@@ -29,6 +29,19 @@ void Pyramid::link() {
   }
 }
 
+Pyramid::PlacedPoint Pyramid::findStored(int level, LatticePoint point) const {
+  for (const int dx : {0, 1}) {
+    for (const int dy : {0, 1}) {
+      if ((dx == 1 && point.x % kTileCells != 0) || (dy == 1 && point.y % kTileCells != 0)) continue;
+      const TileId id{level, point.x / kTileCells - dx, point.y / kTileCells - dy};
+      const int index = id.valid() ? find(id) : -1;
+      if (index < 0 || !levels[static_cast<size_t>(level)][static_cast<size_t>(index)].stored) continue;
+      return {index, {point.x - id.col * kTileCells, point.y - id.row * kTileCells}};
+    }
+  }
+  return {};
+}
+
 bool Pyramid::isStored(TileId id) const {
   if (id.level < 0 || id.level > finestLevel()) return false;
   const int index = find(id);

@@ -11,6 +11,7 @@
 #include "block_store.h"
 #include "terrane/base/result.h"
 #include "terrane/codec/tile.h"
+#include "terrane/tiling/lattice.h"
 
 namespace terrane {
 
@@ -51,6 +52,13 @@ class Pyramid {
   int find(TileId id) const;
   /// Fills in children; call it when all levels stand.
   void link();
+  /// A stored tile that holds a point of its level's lattice, and the point in its cells. A point on a border
+  /// is in two tiles, of which either is given.
+  struct PlacedPoint {
+    int tile = -1;  ///< index on the level, -1: no stored tile holds it
+    LatticePoint local;
+  };
+  PlacedPoint findStored(int level, LatticePoint point) const;
   /// Is there a stored tile?
   bool isStored(TileId id) const;
 

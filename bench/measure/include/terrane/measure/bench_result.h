@@ -34,6 +34,9 @@ struct BenchResult {
 /// The processor's name and its number of cores, and the operating system's name.
 std::string describeMachine();
 
+/// The paths of a folder's flights (all .json files), sorted. Error: there are none.
+Result<std::vector<std::string>> flightsIn(const std::string& folder);
+
 /// Writes a file whole: aside, then renamed into place.
 Status writeTextFile(const std::string& path, const std::string& text);
 
