@@ -37,6 +37,18 @@ void climbTwoLevels(int level, int& x, int& y) {
   along += nextIsOdd != acrossIsOdd ? s : -s;
 }
 
+/// The diamond for K = 17 that stands for one of a smaller patch: two levels up for each halving of K, so
+/// that its triangles hold the smaller ones and are drawn with the same samples. At most the coarsest there
+/// is.
+Diamond storedDiamond(const PatchGrid& grid, Diamond d) {
+  for (int k = grid.k; k < kNodeGrid.k; ++k) {
+    if (d.level < 2) return {kTileCells / 2, kTileCells / 2, 0};
+    climbTwoLevels(d.level, d.x, d.y);
+    d.level -= 2;
+  }
+  return d;
+}
+
 /// One selection under way: what is remembered of tiles, and the sets that the traversal builds.
 class Selector {
  public:
@@ -128,8 +140,8 @@ class Selector {
             d.level - 2 * id.level};
   }
 
-  /// Height ranges are stored for K = 17 and do not depend on K: those of the diamond itself, or of the
-  /// nearest one above it that is stored.
+  /// Height ranges are stored for K = 17 and do not depend on K: those of the diamond itself, or for smaller
+  /// patches of the one that stands for it.
   void widenRange(NodeCode& code, const Triangle& t) {
     const int n = t.diamond.level;
     const TileId id = lattice_.tileOf(t, std::min(kNodeGrid.tileLevel(n), selection_.grid.tileLevel(n)));
@@ -139,13 +151,9 @@ class Selector {
       code.high = std::max(code.high, tile.high);
       return;
     }
-    Diamond d = local(t.diamond, id);
-    int level = d.level;
-    while (level >= kNodeLevels) {
-      climbTwoLevels(level, d.x, d.y);
-      level -= 2;
-    }
-    const auto at = static_cast<size_t>(nodeIndex(level, d.x, d.y, id.isRoot()));
+    // note: the same diamond as for the error, or ranges would not nest from level to level.
+    const Diamond d = storedDiamond(selection_.grid, local(t.diamond, id));
+    const auto at = static_cast<size_t>(nodeIndex(d.level, d.x, d.y, id.isRoot()));
     code.low = std::min(code.low, tile.tile->nodes.low[at]);
     code.high = std::max(code.high, tile.tile->nodes.high[at]);
   }
@@ -308,14 +316,10 @@ class Selector {
 uint8_t nodeErrorCode(const PatchGrid& grid, const TileNodes& nodes, bool isRoot, const Diamond& d) {
   if (grid.k > kNodeGrid.k)
     return nodes.largeError[static_cast<size_t>(largeNodeIndex(grid.k, d.level, d.x, d.y, isRoot))];
-  int level = d.level, x = d.x, y = d.y;
-  for (int k = grid.k; k < kNodeGrid.k; ++k) {
-    // Above the coarsest stored diamond nothing is known.
-    if (level < 2) return 255;
-    climbTwoLevels(level, x, y);
-    level -= 2;
-  }
-  return nodes.error[static_cast<size_t>(nodeIndex(level, x, y, isRoot))];
+  // Above the coarsest diamond that stands for one nothing is known.
+  if (d.level < 2 * (kNodeGrid.k - grid.k)) return 255;
+  const Diamond stored = storedDiamond(grid, d);
+  return nodes.error[static_cast<size_t>(nodeIndex(stored.level, stored.x, stored.y, isRoot))];
 }
 
 Cut selectPatches(const PatchSelection& selection, const Frame& frame, const ElevationScale& scale,
