@@ -33,7 +33,8 @@ function(terrane_warnings target)
     $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)  # false alarms from std::string::insert in g++ 12
   if(TERRANE_SANITIZE)
     # note: g++ 12 loses track of sizes in instrumented code, and warns of overflows that cannot happen.
-    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>
+      $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>)
     target_compile_options(${target} PRIVATE -fsanitize=${TERRANE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
     target_link_options(${target} PRIVATE -fsanitize=${TERRANE_SANITIZE})
   endif()

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Bad input for `terrane build`, `info` and `verify`: each gives a clear message, a non-zero exit status, and
+# Bad input for every subcommand: each gives a clear message, a non-zero exit status, and
 # leaves nothing behind. Usage: bad_input.sh PROGRAM
 set -u
 terrane=$(realpath "$1")
@@ -104,6 +104,35 @@ seal=$(sha256sum <bad.terrane/manifest.json | cut -d' ' -f1)
 sed -i -E 's/("manifestSha256": ")0{64}/\1'"$seal"'/' bad.terrane/manifest.json
 fails 1 'version' "$terrane" info bad.terrane
 fails 1 'version' "$terrane" verify bad.terrane
+
+# Pictures: the command line, the camera, flights, outputs, a full disk, a damaged dataset.
+draw=("$terrane" render good.terrane --software --size 64x36)
+touch there.png
+echo '{"keys": "none"}' >bad_flight.json
+fails 1 'does not exist.*terrane build' "$terrane" render nosuch.terrane -o a.png
+fails 1 'nothing to write' "${draw[@]}"
+fails 1 'there.png.*--overwrite' "${draw[@]}" -o there.png
+fails 1 'a.png' "${draw[@]}" -o nowhere/a.png
+fails 1 'size.*WIDTHxHEIGHT' "$terrane" render good.terrane --size huge -o a.png
+fails 1 '2\^k' "${draw[@]}" -o a.png --k 16
+fails 2 'tau' "${draw[@]}" -o a.png --tau 0
+fails 2 'mode' "${draw[@]}" -o a.png --mode pretty
+fails 1 'EASTING' "${draw[@]}" -o a.png --eye 1,2 --look-at 1,2,3
+fails 1 '--look-at' "${draw[@]}" -o a.png --eye 1,2,3
+fails 1 'look-from' "${draw[@]}" -o a.png --look-from upstairs
+fails 1 'bad_flight.json' "${draw[@]}" -o a.png --flight bad_flight.json --at 1
+fails 1 'missing.json' "${draw[@]}" -o a.png --flight missing.json --at 1
+fails 1 'a.tif' "${draw[@]}" --position nowhere/a.tif
+fails 1 'a.png|large|room' full "$terrane" render good.terrane --software --size 1280x720 -o a.png
+fails 1 'missing.json' "$terrane" bench good.terrane --flight missing.json
+touch there.tif
+fails 1 'there.tif.*--overwrite' "$terrane" synth -o there.tif --size 65
+fails 1 'size' "$terrane" synth -o a.tif --size -3
+damaged && printf 'x' | dd of=bad.terrane/elevation.pmtiles bs=1 seek=40000 conv=notrunc status=none
+timeout 60 "$terrane" render bad.terrane --software --size 64x36 -o damaged.png >/dev/null 2>&1
+if [ $? -gt 1 ]; then
+  echo "FAILED: a damaged dataset stops the renderer"; failures=$((failures + 1))
+fi
 
 # A build that is interrupted while it works leaves nothing behind.
 "$terrane" synth -o large.tif --size 4097 -q || exit 1
