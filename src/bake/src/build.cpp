@@ -47,7 +47,8 @@ void chooseCodeUnits(const HeightRange& range, double maxErrorMeters, int finest
   // Ranges a little wider than the ground's, so that rounding cannot push a height out.
   const double slack = 1e-6 * (1.0 + std::abs(range.low) + std::abs(range.high));
   scale.rangeBase = range.low - maxErrorMeters - slack;
-  scale.rangeUnit = (range.high - range.low + 2.0 * (maxErrorMeters + slack)) / 65535.0;
+  // 8191 of the 65535 codes: a height range need not be finer, and its lowest bits would cost bytes.
+  scale.rangeUnit = (range.high - range.low + 2.0 * (maxErrorMeters + slack)) / 8191.0;
 }
 
 /// Turns tiles into payloads, each worker with a parent at hand.
@@ -147,7 +148,7 @@ Status writeArchive(const std::string& path, const Pyramid& pyramid, const Eleva
         return {};
       });
   TERRANE_TRY(done);
-  return writer.finish(R"({"name":"elevation","format":"terrane elevation payload 1"})");
+  return writer.finish(R"({"name":"elevation","format":"terrane elevation payload 2"})");
 }
 
 }  // namespace

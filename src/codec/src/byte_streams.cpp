@@ -57,20 +57,6 @@ void ByteWriter::section(std::span<const uint8_t> raw) {
   bytes_.insert(bytes_.end(), stored.begin(), stored.end());
 }
 
-void ByteWriter::column(std::span<const uint32_t> values) {
-  uint32_t all = 0;
-  for (const uint32_t value : values) all |= value;
-  int planes = 0;
-  while (planes < 4 && all >> (8 * planes) != 0) ++planes;
-
-  byte(static_cast<uint8_t>(planes));
-  std::vector<uint8_t> plane(values.size());
-  for (int p = 0; p < planes; ++p) {
-    for (size_t i = 0; i < values.size(); ++i) plane[i] = static_cast<uint8_t>(values[i] >> (8 * p));
-    section(plane);
-  }
-}
-
 Status ByteReader::need(size_t count) const {
   if (count <= remaining()) return {};
   return makeError("byte {}: needs {} more, has {}", offset_, count, remaining());
@@ -134,17 +120,9 @@ Status ByteReader::section(std::span<uint8_t> raw) {
   return {};
 }
 
-Status ByteReader::column(std::span<uint32_t> values) {
-  const size_t start = offset_;
-  TERRANE_ASSIGN(const uint8_t planes, byte());
-  if (planes > 4) return makeError("byte {}: {} byte planes, 4 at most", start, planes);
-  std::fill(values.begin(), values.end(), 0U);
-  if (planes == 0) return {};
-  std::vector<uint8_t> plane(values.size());
-  for (int p = 0; p < planes; ++p) {
-    TERRANE_TRY(section(plane));
-    for (size_t i = 0; i < values.size(); ++i) values[i] |= static_cast<uint32_t>(plane[i]) << (8 * p);
-  }
+Status ByteReader::skip(size_t count) {
+  TERRANE_TRY(need(count));
+  offset_ += count;
   return {};
 }
 

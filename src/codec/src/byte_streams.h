@@ -8,8 +8,8 @@
 
 #include "terrane/base/result.h"
 
-/// How a payload's parts become bytes: little-endian numbers, varints, sections (squeezed by zstd where that
-/// makes them smaller) and columns of numbers as byte planes. docs/format/elevation-v1.md specifies them.
+/// How a payload's parts become bytes: little-endian numbers, varints and sections (squeezed by zstd where
+/// that makes them smaller). docs/format/elevation-v2.md specifies them.
 namespace terrane {
 
 class ByteWriter {
@@ -21,9 +21,6 @@ class ByteWriter {
   void varint(uint64_t value);
   /// varint 2 * stored length + squeezed, then the stored bytes.
   void section(std::span<const uint8_t> raw);
-  /// A byte: how many planes (0 to 4) the largest value needs; then each plane as a section, the values'
-  /// lowest bytes first.
-  void column(std::span<const uint32_t> values);
   std::vector<uint8_t> take() { return std::move(bytes_); }
 
  private:
@@ -44,8 +41,8 @@ class ByteReader {
   Result<uint64_t> varint(uint64_t limit);
   /// A section that must have raw.size() bytes when unpacked.
   Status section(std::span<uint8_t> raw);
-  /// A column of values.size() numbers.
-  Status column(std::span<uint32_t> values);
+  /// Passes over bytes that somebody else has read.
+  Status skip(size_t count);
 
  private:
   Status need(size_t count) const;

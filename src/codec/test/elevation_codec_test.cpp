@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <string>
 
 #include "random_tiles.h"
@@ -72,38 +73,11 @@ uint64_t fingerprint(const Tile& tile) {
   return hash;
 }
 
-std::vector<uint8_t> fromHex(const std::string& hex) {
-  std::vector<uint8_t> bytes;
-  for (size_t i = 0; i + 1 < hex.size(); i += 2) {
-    bytes.push_back(static_cast<uint8_t>(std::stoi(hex.substr(i, 2), nullptr, 16)));
-  }
-  return bytes;
+/// Bytes that version 2 wrote: a root tile and its south-eastern child, small, with every kind of segment.
+std::vector<uint8_t> storedPayload(const std::string& name) {
+  std::ifstream file(TERRANE_SOURCE_DIR "/src/codec/test/payloads-v2/" + name, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
 }
-
-/// Bytes that version 1 wrote, a root tile and its south-eastern child: small, with every kind of section but
-/// a bitmap of coverage.
-const std::string kStoredRoot =
-    "010f00922c6500b60b00ffff000000070008002e6300c4092928b52ffd60813f55000018aa550101007bc00eb0cff8ff"
-    "ffc2feffff1502000011fbffff0000013728b52ffd60d8018d0000383c0202032802010200b51c352c58392202ed0128"
-    "b52ffd601d016503003403d2d201d2d2d2d4d601d8da01dc1bc6dc43637e05070507090bdb090b010305070103030301"
-    "01cf010000c9000000000000000020a080f01ac64083db1cd3e5996853449057866c84039bcc744558eecc45b69918c5"
-    "4341ca848bf36027417681659958864148510af0033128b52ffd601d01750000200000010002002840c56b0a60010283"
-    "0228b52ffd601d01bd0300d403666600666666646200605eae005e5e8466465c5a3a1afc5c3212f2d2b4060806080a0c"
-    "5d0a0c02040608020404040202690200006f000000000000000021a080ee14ea4083131dd3e59d685384c0eb4336c281"
-    "4d66b2022c7fe6a0f639300a4fc52b11ce13db188fb3f29cec12231d06ddb10b81027328b52ffd601d017d0100801717"
-    "00171615161415161314140017000b8070ce3b6e142039a414486bdc995147358f812c740619a60ce6051801";
-const std::string kStoredChild =
-    "011e00922c6500b60b00ffff000000070008002e6300c409c70228b52ffd60402fcd040062c4090fc0258d01ffbb0f8e"
-    "cbc8fdaad7831aa53a293538e186bb3a32cae046a03473010d63dc29671c2ea860ce0740838a52e80611fc08c1ff8f10"
-    "2810420804c30f34b970fd6243fa1973cab425bb294d06bcc89b3b902fe331624237bde1718a0a71b8570c49cdd8363d"
-    "a259998c0ba47258334386300c793c6ed1ed0f38f0a47213e8b147b38171bb0390eb837bc28119a2621b3c2e05021218"
-    "a93e771e6647973012010101020002010000022ad0b1934bb0c7161b9677e9a801904abe3e3a3a46832a010100010101"
-    "0000020000010200020000020001004528b52ffd60001fc50000200000c0ff0500b43600d8430f50c1d4a17e003e4ca4"
-    "022c013728b52ffd601c018d0000383c0202032802010200861c3512551d1101a70128b52ffd6090004d02003402cccc"
-    "ce01d0d201d2d2d2d4d6010303030505cf0507090b0b0b0b0101010103050303d1112070c3ba18697640a60c848fe21e"
-    "5a1e6aa373673074560716248c5426336a0d61052c02a70128b52ffd6090004d020034026c6c6a006866006666666462"
-    "0004040406066906080a0c0c0c0c020202020406040467112070c3ba18697640a60c848fe21e5a1e6aa3736730745607"
-    "16248c5426336a0d61052c4728b52ffd609000cd0000381717001700170006000104180ce2161732a496c18475022c";
 
 TEST(ElevationCodec, RandomTilesComeBackBitForBit) {
   const std::vector<RandomTileOptions> kinds = {
@@ -249,11 +223,11 @@ TEST(ElevationCodec, NeighboursAgreeOnTheirBorderBitForBit) {
 
 TEST(ElevationCodec, EveryTruncatedLengthIsAnErrorThatNamesAByte) {
   const ElevationScale scale{};
-  const auto root = decodeTile(fromHex(kStoredRoot), nullptr, 0, scale);
+  const auto root = decodeTile(storedPayload("root"), nullptr, 0, scale);
   ASSERT_TRUE(root.ok());
   for (const bool asRoot : {true, false}) {
     const TileSamples* parent = asRoot ? nullptr : &root->samples;
-    const auto bytes = fromHex(asRoot ? kStoredRoot : kStoredChild);
+    const auto bytes = storedPayload(asRoot ? "root" : "child");
     for (size_t length = 0; length < bytes.size(); ++length) {
       // A copy of its own, so that AddressSanitizer sees the first byte beyond.
       const std::vector<uint8_t> cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length));
@@ -270,11 +244,12 @@ TEST(ElevationCodec, EveryTruncatedLengthIsAnErrorThatNamesAByte) {
 TEST(ElevationCodec, ChangedBytesNeverCrash) {
   std::mt19937 random(31);
   const ElevationScale scale{};
-  const auto root = decodeTile(fromHex(kStoredRoot), nullptr, 0, scale);
+  const auto root = decodeTile(storedPayload("root"), nullptr, 0, scale);
   ASSERT_TRUE(root.ok());
   for (const bool asRoot : {true, false}) {
     const TileSamples* parent = asRoot ? nullptr : &root->samples;
-    const auto bytes = fromHex(asRoot ? kStoredRoot : kStoredChild);
+    const auto bytes = storedPayload(asRoot ? "root" : "child");
+    ASSERT_GT(bytes.size(), 100U);
     for (size_t at = 0; at < bytes.size(); ++at) {
       auto changed = bytes;
       changed[at] ^= static_cast<uint8_t>(1 + random() % 255);
@@ -300,11 +275,12 @@ TEST(ElevationCodec, ContradictionsAreErrors) {
     const auto result = decodeTile(changed, nullptr, 0, scale);
     return result.ok() ? std::string("no error") : result.error().message;
   };
-  EXPECT_NE(errorAfter(0, 2).find("update Terrane"), std::string::npos);
+  EXPECT_NE(errorAfter(0, 3).find("update Terrane"), std::string::npos);
+  EXPECT_NE(errorAfter(0, 1).find("build the dataset again"), std::string::npos);
   EXPECT_NE(errorAfter(0, 0).find("version 0"), std::string::npos);
   EXPECT_NE(errorAfter(1, 0x81).find("unknown flags"), std::string::npos);
   EXPECT_NE(errorAfter(1, static_cast<uint8_t>(bytes[1] & ~1)).find("not a root"), std::string::npos);
-  EXPECT_NE(errorAfter(2, 1).find("byte 2"), std::string::npos);
+  EXPECT_NE(errorAfter(2, 16).find("byte 2"), std::string::npos);
   EXPECT_NE(errorAfter(3, 0xff).find("unknown state"), std::string::npos);
   EXPECT_NE(errorAfter(4, 1).find("error code"), std::string::npos);
   EXPECT_NE(errorAfter(5, 200).find("above its high"), std::string::npos);
@@ -321,15 +297,15 @@ TEST(ElevationCodec, ContradictionsAreErrors) {
   EXPECT_NE(result.error().message.find("2^24"), std::string::npos);
 }
 
-// They must decode to the same tile for as long as version 1 is read.
-TEST(ElevationCodec, StoredPayloadsOfVersion1DecodeAsEver) {
+// They must decode to the same tile for as long as version 2 is read.
+TEST(ElevationCodec, StoredPayloadsOfVersion2DecodeAsEver) {
   const ElevationScale scale{};
-  const auto root = decodeTile(fromHex(kStoredRoot), nullptr, 0, scale);
+  const auto root = decodeTile(storedPayload("root"), nullptr, 0, scale);
   ASSERT_TRUE(root.ok()) << root.error().message;
-  EXPECT_EQ(fingerprint(*root), 755646269649018575ULL);
-  const auto child = decodeTile(fromHex(kStoredChild), &root->samples, 3, scale);
+  EXPECT_EQ(fingerprint(*root), 720188364450808731ULL);
+  const auto child = decodeTile(storedPayload("child"), &root->samples, 3, scale);
   ASSERT_TRUE(child.ok()) << child.error().message;
-  EXPECT_EQ(fingerprint(*child), 14937088445206430927ULL);
+  EXPECT_EQ(fingerprint(*child), 9872784697156144357ULL);
 }
 
 }  // namespace

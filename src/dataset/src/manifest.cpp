@@ -18,7 +18,7 @@ constexpr size_t kSealDigits = 64;
 constexpr const char* kFormat = "terrane-dataset";
 constexpr const char* kElevationArchive = "elevation.pmtiles";
 constexpr const char* kElevationCodec = "terrane-elevation";
-constexpr int kElevationCodecVersion = 1;
+constexpr int kElevationCodecVersion = 2;
 /// Integers beyond it are not safe in every JSON reader.
 constexpr uint64_t kLargestInteger = uint64_t{1} << 53;
 
@@ -187,6 +187,10 @@ void readElevation(const MemberReader& members, Manifest& manifest) {
   json.read("codec", codec);
   if (codec != kElevationCodec) json.fail("codec", fmt::format("is not \"{}\"", kElevationCodec));
   json.readInteger("codecVersion", codecVersion, 1, kElevationCodecVersion);
+  if (codecVersion < kElevationCodecVersion)
+    json.fail(
+        "codecVersion",
+        fmt::format("is {}, which this program no longer reads: build the dataset again", codecVersion));
   json.read("heightStep", scale.heightStep, 1e-9, 1e6);
   json.read("heightOffset", scale.heightOffset, -1e9, 1e9);
   json.read("errorUnit", scale.errorUnit, 1e-12, 1e9);

@@ -1,0 +1,377 @@
+#include "rans.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <memory>
+
+#include "byte_streams.h"
+#include "terrane/base/check.h"
+
+namespace terrane {
+namespace {
+
+constexpr uint32_t kLowestState = 1U << 16;
+constexpr int kLanes = 4;
+
+/// e^(-1 / (2 s)) for s = 2^(i / 4 - 4) / (2 ln 2): what a logistic distribution of that mean size loses in
+/// half a step. Given as numbers so that no machine's exp() matters.
+constexpr std::array<double, kFirstShiftedSpread + 4> kHalfStepDecay = {1.5258789062500007e-05,
+                                                                        8.909211976269636e-05,
+                                                                        0.00039285689481138327,
+                                                                        0.0013680560739015714,
+                                                                        0.003906250000000001,
+                                                                        0.009438862206998064,
+                                                                        0.019820617922037227,
+                                                                        0.036987242042379576,
+                                                                        0.0625,
+                                                                        0.09715380696091154,
+                                                                        0.14078571632817452,
+                                                                        0.19232067502580052,
+                                                                        0.25,
+                                                                        0.3116950544376852,
+                                                                        0.37521422724648185,
+                                                                        0.43854381197983006,
+                                                                        0.5,
+                                                                        0.5582965649524321,
+                                                                        0.612547326536066,
+                                                                        0.662226405377972,
+                                                                        0.7071067811865476,
+                                                                        0.7471924550960295,
+                                                                        0.7826540273556803,
+                                                                        0.813772944609227,
+                                                                        0.8408964152537145,
+                                                                        0.8644029471814806,
+                                                                        0.8846773577726968,
+                                                                        0.902093645144021,
+                                                                        0.8408964152537145,
+                                                                        0.8644029471814806,
+                                                                        0.8846773577726968,
+                                                                        0.902093645144021};
+
+/// The logistic distribution's share below x half-steps.
+double shareBelow(double decay, int halfSteps) {
+  // note: powers by repeated multiplication, the same everywhere.
+  double power = 1.0;
+  for (int i = std::abs(halfSteps); i > 0; --i) power *= decay;
+  return halfSteps < 0 ? power / (1.0 + power) : 1.0 / (1.0 + power);
+}
+
+/// Probabilities as whole numbers that add up to 4096, none of them 0.
+void fillTable(std::span<const double> shares, TokenTable& table) {
+  table.tokens = static_cast<int>(shares.size());
+  int sum = 0;
+  size_t largest = 0;
+  for (size_t t = 0; t < shares.size(); ++t) {
+    const int frequency = std::max(1, static_cast<int>(shares[t] * kProbabilityOne + 0.5));
+    table.frequency[t] = static_cast<uint16_t>(frequency);
+    sum += frequency;
+    if (table.frequency[t] > table.frequency[largest]) largest = t;
+  }
+  table.frequency[largest] =
+      static_cast<uint16_t>(table.frequency[largest] + static_cast<int>(kProbabilityOne) - sum);
+
+  uint32_t slot = 0;
+  for (size_t t = 0; t < shares.size(); ++t) {
+    table.start[t] = static_cast<uint16_t>(slot);
+    table.bits[t] = static_cast<float>(kProbabilityBits - std::log2(table.frequency[t]));
+    for (uint32_t i = 0; i < table.frequency[t]; ++i, ++slot)
+      table.slots[slot] = static_cast<uint32_t>(t) | static_cast<uint32_t>(table.frequency[t]) << 8 | i << 20;
+  }
+}
+
+std::unique_ptr<const SpreadTables> makeTables() {
+  auto tables = std::make_unique<SpreadTables>();
+  for (size_t i = 0; i < tables->tables.size(); ++i) {
+    // The rest of a number whose lowest bits are gone stands for an interval: its middle is half a step off.
+    const bool isShifted = i >= static_cast<size_t>(kFirstShiftedSpread);
+    const double decay = kHalfStepDecay[i];
+    const auto share = [&](int32_t value) {
+      const int below = 2 * value + (isShifted ? 0 : -1);
+      return shareBelow(decay, below + 2) - shareBelow(decay, below);
+    };
+    std::vector<double> shares;
+    double left = 1.0;
+    while (shares.size() < 2 || (left > 0.5 / kProbabilityOne && shares.size() < 126)) {
+      shares.push_back(share(unzigzag(static_cast<uint32_t>(shares.size()))));
+      left -= shares.back();
+    }
+    shares.push_back(std::max(left, 0.0));
+    fillTable(shares, tables->tables[i]);
+  }
+  double odds = 1.0;  // 2^(|i - 24| / 2)
+  for (int distance = 0; distance <= kOddsSteps / 2; ++distance) {
+    const auto more = static_cast<int>(kProbabilityOne * odds / (1.0 + odds) + 0.5);
+    const int yes = std::min(more, static_cast<int>(kProbabilityOne) - 1);
+    if (distance < kOddsSteps / 2)
+      tables->yesFrequency[static_cast<size_t>(kOddsSteps / 2 + distance)] = static_cast<uint16_t>(yes);
+    tables->yesFrequency[static_cast<size_t>(kOddsSteps / 2 - distance)] =
+        static_cast<uint16_t>(static_cast<int>(kProbabilityOne) - yes);
+    odds *= 1.4142135623730951;
+  }
+  return tables;
+}
+
+}  // namespace
+
+const SpreadTables& spreadTables() {
+  static const std::unique_ptr<const SpreadTables> tables = makeTables();
+  return *tables;
+}
+
+float SpreadTables::cost(int spread, int32_t value) const {
+  const TokenTable& of = table(spread);
+  const int plain = plainBits(spread);
+  const uint32_t token = zigzag(value >> plain);
+  const auto last = static_cast<uint32_t>(of.tokens - 1);
+  float bits = of.bits[std::min(token, last)] + static_cast<float>(plain);
+  if (token >= last) bits += static_cast<float>(2 * std::bit_width(token - last + 1) - 1);
+  return bits;
+}
+
+int bestSpread(std::span<const int32_t> values) {
+  double sum = 0.0;
+  for (const int32_t value : values) sum += std::abs(value);
+  const double mean = std::max(sum / static_cast<double>(std::max<size_t>(values.size(), 1)), 0.02);
+  const auto guess = static_cast<int>(4.0 * (std::log2(mean) + 4.0));
+  int best = 0;
+  float least = 1e30F;
+  for (int spread = std::max(guess - 4, 0); spread <= std::min(guess + 4, kSpreads - 1); ++spread) {
+    float bits = 0.0F;
+    for (const int32_t value : values) bits += spreadTables().cost(spread, value);
+    if (bits >= least) continue;
+    least = bits;
+    best = spread;
+  }
+  return best;
+}
+
+// -------------------------------------------------------------------------------------------- writing
+
+void SegmentWriter::number(int spread, int32_t value) {
+  const TokenTable& table = spreadTables().table(spread);
+  const int plainBits = SpreadTables::plainBits(spread);
+  const uint32_t token = zigzag(value >> plainBits);
+  const auto last = static_cast<uint32_t>(table.tokens - 1);
+  const size_t t = std::min(token, last);
+  symbols_.push_back({table.frequency[t], table.start[t]});
+  if (token >= last) {
+    const uint32_t more = token - last + 1;
+    const int width = std::bit_width(more);
+    plain(0, width - 1);
+    plain(1, 1);
+    plain(more - (1U << (width - 1)), width - 1);
+  }
+  if (plainBits > 0) plain(static_cast<uint32_t>(value) & ((1U << plainBits) - 1), plainBits);
+}
+
+void SegmentWriter::answer(int odds, bool yes) {
+  const uint16_t frequency = spreadTables().yesFrequency[static_cast<size_t>(odds)];
+  const auto no = static_cast<uint16_t>(kProbabilityOne - frequency);
+  symbols_.push_back(yes ? Symbol{frequency, no} : Symbol{no, 0});
+}
+
+void SegmentWriter::plain(uint32_t value, int bits) {
+  bits_ |= static_cast<uint64_t>(value) << bitCount_;
+  bitCount_ += bits;
+  while (bitCount_ >= 8) {
+    bytes_.push_back(static_cast<uint8_t>(bits_));
+    bits_ >>= 8;
+    bitCount_ -= 8;
+  }
+}
+
+void SegmentWriter::plainNumber(int32_t value) {
+  const uint32_t more = zigzag(value) + 1;
+  const int width = std::bit_width(more);
+  plain(0, width - 1);
+  plain(1, 1);
+  plain(more - (1U << (width - 1)), width - 1);
+}
+
+void SegmentWriter::finish(std::vector<uint8_t>& out) {
+  // rANS writes backwards: the last symbol first.
+  std::array<uint32_t, kLanes> states;
+  states.fill(kLowestState);
+  std::vector<uint16_t> words;
+  words.reserve(symbols_.size() / 2);
+  for (size_t i = symbols_.size(); i-- > 0;) {
+    const Symbol symbol = symbols_[i];
+    uint32_t& state = states[i % kLanes];
+    if (state >= static_cast<uint32_t>(symbol.frequency) << (32 - kProbabilityBits)) {
+      words.push_back(static_cast<uint16_t>(state));
+      state >>= 16;
+    }
+    state = (state / symbol.frequency << kProbabilityBits) + state % symbol.frequency + symbol.start;
+  }
+
+  ByteWriter bytes;
+  const bool isEmpty = symbols_.empty();
+  bytes.varint(isEmpty ? 0 : words.size() + 2 * kLanes);
+  if (!isEmpty) {
+    for (const uint32_t state : states) bytes.uint32(state);
+  }
+  for (size_t i = words.size(); i-- > 0;) bytes.uint16(words[i]);
+  if (bitCount_ > 0) plain(0, 8 - bitCount_);
+  bytes.varint(bytes_.size());
+  const std::vector<uint8_t> head = bytes.take();
+  out.insert(out.end(), head.begin(), head.end());
+  out.insert(out.end(), bytes_.begin(), bytes_.end());
+  symbols_.clear();
+  bytes_.clear();
+  bits_ = 0;
+}
+
+// -------------------------------------------------------------------------------------------- reading
+
+Result<SegmentReader> SegmentReader::open(std::span<const uint8_t> bytes, size_t& used) {
+  ByteReader in(bytes);
+  SegmentReader reader;
+  TERRANE_ASSIGN(const uint64_t words, in.varint(bytes.size() / 2));
+  if (words != 0 && words < 2 * kLanes)
+    return makeError("byte {}: a segment of {} words", in.offset(), words);
+  for (uint32_t& state : reader.states_) {
+    state = kLowestState;
+    if (words > 0) {
+      TERRANE_ASSIGN(state, in.uint32());
+    }
+  }
+  const size_t wordBytes = words > 0 ? 2 * (static_cast<size_t>(words) - 2 * kLanes) : 0;
+  if (in.remaining() < wordBytes) return makeError("byte {}: the segment ends early", in.offset());
+  reader.words_ = bytes.data() + in.offset();
+  reader.wordsEnd_ = reader.words_ + wordBytes;
+  ByteReader tail(bytes.subspan(in.offset() + wordBytes));
+  TERRANE_ASSIGN(const uint64_t plainBytes, tail.varint(bytes.size()));
+  if (tail.remaining() < plainBytes)
+    return makeError("byte {}: the plain bits end early", in.offset() + wordBytes);
+  reader.plain_ = reader.wordsEnd_ + tail.offset();
+  reader.plainEnd_ = reader.plain_ + plainBytes;
+  used = static_cast<size_t>(reader.plainEnd_ - bytes.data());
+  return reader;
+}
+
+void SegmentReader::refill(uint32_t& state) {
+  if (state >= kLowestState) return;
+  if (wordsEnd_ - words_ < 2) {
+    overrun_ = true;
+    state = kLowestState;
+    return;
+  }
+  state = state << 16 | static_cast<uint32_t>(words_[0] | words_[1] << 8);
+  words_ += 2;
+}
+
+uint32_t SegmentReader::slot(const TokenTable& table) {
+  uint32_t& state = states_[lane_++ % kLanes];
+  const uint32_t entry = table.slots[state % kProbabilityOne];
+  state = (entry >> 8 & (kProbabilityOne - 1)) * (state >> kProbabilityBits) + (entry >> 20);
+  refill(state);
+  return entry & 0xff;
+}
+
+int32_t SegmentReader::larger(const TokenTable& table) {
+  int width = 1;
+  while (plain(1) == 0) {
+    if (++width > 31) {
+      overrun_ = true;
+      return 0;
+    }
+  }
+  const uint32_t more = plain(width - 1) | 1U << (width - 1);
+  return unzigzag(more - 1 + static_cast<uint32_t>(table.tokens - 1));
+}
+
+int32_t SegmentReader::number(int spread) {
+  const TokenTable& table = spreadTables().table(spread);
+  const uint32_t token = slot(table);
+  const int plainBits = SpreadTables::plainBits(spread);
+  int32_t value = unzigzag(token);
+  if (token == static_cast<uint32_t>(table.tokens - 1)) value = larger(table);
+  if (plainBits == 0) return value;
+  return static_cast<int32_t>(static_cast<uint32_t>(value) << plainBits | plain(plainBits));
+}
+
+bool SegmentReader::answer(int odds) {
+  uint32_t& state = states_[lane_++ % kLanes];
+  const uint32_t yes = spreadTables().yesFrequency[static_cast<size_t>(odds)];
+  const uint32_t no = kProbabilityOne - yes;
+  const uint32_t at = state % kProbabilityOne;
+  const bool isYes = at >= no;
+  state = isYes ? yes * (state >> kProbabilityBits) + at - no : no * (state >> kProbabilityBits) + at;
+  refill(state);
+  return isYes;
+}
+
+uint32_t SegmentReader::plain(int bits) {
+  if (bitCount_ < bits) {
+    // As many bytes as fit, or as there are; beyond the end all bits are zero, and it is noted.
+    while (bitCount_ <= 56 && plain_ < plainEnd_) {
+      bits_ |= static_cast<uint64_t>(*plain_++) << bitCount_;
+      bitCount_ += 8;
+    }
+    if (bitCount_ < bits) {
+      overrun_ = true;
+      bitCount_ = bits;
+    }
+  }
+  const auto value = static_cast<uint32_t>(bits_ & ((uint64_t{1} << bits) - 1));
+  bits_ >>= bits;
+  bitCount_ -= bits;
+  return value;
+}
+
+int32_t SegmentReader::plainNumber() {
+  int width = 1;
+  while (plain(1) == 0) {
+    if (++width > 31) {
+      overrun_ = true;
+      return 0;
+    }
+  }
+  return unzigzag((plain(width - 1) | 1U << (width - 1)) - 1);
+}
+
+void SegmentReader::numbers(const uint8_t* spreads, int count, int32_t* values) {
+  const SpreadTables& tables = spreadTables();
+  // Four independent states at a time, while there are surely enough words.
+  std::array<uint32_t, kLanes> states;
+  for (size_t lane = 0; lane < kLanes; ++lane) states[lane] = states_[(lane_ + lane) % kLanes];
+  const uint8_t* words = words_;
+  int i = 0;
+  for (; i + kLanes <= count && wordsEnd_ - words >= 2 * kLanes; i += kLanes) {
+    uint32_t isSpecial = 0;
+    for (size_t lane = 0; lane < kLanes; ++lane) {
+      const uint8_t spread = spreads[static_cast<size_t>(i) + lane];
+      const TokenTable& table = tables.table(spread);
+      uint32_t& state = states[lane];
+      const uint32_t entry = table.slots[state % kProbabilityOne];
+      state = (entry >> 8 & (kProbabilityOne - 1)) * (state >> kProbabilityBits) + (entry >> 20);
+      const bool isLow = state < kLowestState;
+      const auto word = static_cast<uint32_t>(words[0] | words[1] << 8);
+      state = isLow ? state << 16 | word : state;
+      words += isLow ? 2 : 0;
+      const uint32_t token = entry & 0xff;
+      values[static_cast<size_t>(i) + lane] = unzigzag(token);
+      isSpecial |= (token + 1 == static_cast<uint32_t>(table.tokens) ? 1U : 0U) |
+                   (spread >= kFirstShiftedSpread ? 2U : 0U);
+    }
+    if (isSpecial == 0) continue;
+    for (int at = i; at < i + kLanes; ++at) {
+      const TokenTable& table = tables.table(spreads[at]);
+      if (zigzag(values[at]) + 1 == static_cast<uint32_t>(table.tokens)) values[at] = larger(table);
+      const int plainBits = SpreadTables::plainBits(spreads[at]);
+      if (plainBits > 0)
+        values[at] = static_cast<int32_t>(static_cast<uint32_t>(values[at]) << plainBits | plain(plainBits));
+    }
+  }
+  for (size_t lane = 0; lane < kLanes; ++lane) states_[(lane_ + lane) % kLanes] = states[lane];
+  words_ = words;
+  for (; i < count; ++i) values[i] = number(spreads[i]);
+}
+
+bool SegmentReader::finish() const {
+  return !overrun_ && words_ == wordsEnd_ && plain_ == plainEnd_ && bitCount_ < 8 && bits_ == 0 &&
+         std::all_of(states_.begin(), states_.end(), [](uint32_t state) { return state == kLowestState; });
+}
+
+}  // namespace terrane

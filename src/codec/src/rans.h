@@ -1,0 +1,119 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "terrane/base/result.h"
+
+/// The entropy coder under the elevation payload: symbols with fixed probabilities by interleaved rANS, and
+/// plain bits beside them (docs/format/elevation-v2.md, "Segments").
+///
+/// The probability tables are the format's own: whole numbers in steps of a quarter octave of their mean
+/// size, by a discrete logistic distribution, and yes-or-no questions by steps of their odds. Which table a
+/// symbol uses follows from what is known before it, so a payload carries no table at all.
+namespace terrane {
+
+inline constexpr int kProbabilityBits = 12;
+inline constexpr uint32_t kProbabilityOne = 1U << kProbabilityBits;
+
+/// How widely whole numbers are spread: spread i stands for a mean size of 2^(i / 4 - 4).
+inline constexpr int kSpreads = 96;
+/// From this spread on, the lowest bits of a number are plain: one more each octave.
+inline constexpr int kFirstShiftedSpread = 28;
+/// How likely the answer yes is: odds of 2^((i - 24) / 2) to one.
+inline constexpr int kOddsSteps = 48;
+
+/// One distribution over tokens: token t < tokens - 1 is the number unzigzag(t), the last one says that a
+/// larger number follows in plain bits.
+struct TokenTable {
+  int tokens = 0;
+  std::array<uint16_t, 128> frequency{};
+  std::array<uint16_t, 128> start{};
+  std::array<float, 128> bits{};  ///< what a token costs
+  /// Of each of the 4096 slots: token | frequency << 8 | (slot - start) << 20.
+  std::array<uint32_t, kProbabilityOne> slots{};
+};
+
+/// What a spread means: how many of a number's lowest bits are plain, and the distribution of the rest.
+struct SpreadTables {
+  std::array<TokenTable, kFirstShiftedSpread + 4> tables;
+  std::array<uint16_t, kOddsSteps> yesFrequency{};
+
+  static constexpr int plainBits(int spread) {
+    return spread < kFirstShiftedSpread ? 0 : (spread - kFirstShiftedSpread) / 4 + 1;
+  }
+  const TokenTable& table(int spread) const {
+    return tables[static_cast<size_t>(
+        spread < kFirstShiftedSpread ? spread : kFirstShiftedSpread + (spread - kFirstShiftedSpread) % 4)];
+  }
+  /// Bits that a number costs, plain ones included; for choosing spreads.
+  float cost(int spread, int32_t value) const;
+};
+/// Made once; the same on every machine: nothing but IEEE additions, multiplications and divisions.
+const SpreadTables& spreadTables();
+
+/// The spread under which all the numbers together cost least, or nearly so.
+int bestSpread(std::span<const int32_t> values);
+
+/// Collects a segment's symbols in the order in which they will be read.
+class SegmentWriter {
+ public:
+  /// A whole number, |value| < 2^30.
+  void number(int spread, int32_t value);
+  void answer(int odds, bool yes);
+  void plain(uint32_t value, int bits);
+  /// A number that is mostly near zero, in plain bits (Elias gamma of its zigzag + 1).
+  void plainNumber(int32_t value);
+  size_t symbols() const { return symbols_.size(); }
+  /// Appends the segment: varint of words, words, varint of plain bytes, plain bytes. Empties the writer.
+  void finish(std::vector<uint8_t>& out);
+
+ private:
+  struct Symbol {
+    uint16_t frequency;
+    uint16_t start;
+  };
+  std::vector<Symbol> symbols_;
+  std::vector<uint8_t> bytes_;
+  uint64_t bits_ = 0;
+  int bitCount_ = 0;
+};
+
+/// Reads a segment. Whatever the bytes are, every call returns some value and nothing beyond the segment is
+/// read; finish() tells whether it was one.
+class SegmentReader {
+ public:
+  /// Finds the segment at the beginning of `bytes`; `used` is its length. Errors are relative to `bytes`.
+  static Result<SegmentReader> open(std::span<const uint8_t> bytes, size_t& used);
+
+  int32_t number(int spread);
+  bool answer(int odds);
+  uint32_t plain(int bits);
+  int32_t plainNumber();
+  /// `count` numbers at once, each with a spread of its own.
+  void numbers(const uint8_t* spreads, int count, int32_t* values);
+  /// Were all symbols read, as they were written?
+  bool finish() const;
+
+ private:
+  static constexpr int kLanes = 4;
+
+  uint32_t slot(const TokenTable& table);
+  void refill(uint32_t& state);
+  int32_t larger(const TokenTable& table);
+
+  std::array<uint32_t, kLanes> states_{};
+  unsigned lane_ = 0;
+  const uint8_t* words_ = nullptr;
+  const uint8_t* wordsEnd_ = nullptr;
+  const uint8_t* plain_ = nullptr;
+  const uint8_t* plainEnd_ = nullptr;
+  uint64_t bits_ = 0;
+  int bitCount_ = 0;
+  bool overrun_ = false;
+};
+
+}  // namespace terrane

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "terrane/base/result.h"
+#include "terrane/codec/tile.h"
+
+/// The samples that a tile holds itself <-> segments of entropy-coded symbols, level by level of the lattice
+/// (docs/format/elevation-v2.md, "Samples").
+namespace terrane {
+
+/// Step numbers stay exact in a float.
+inline constexpr int32_t kLargestInteger = (1 << 24) - 1;
+
+/// Which states a tile's own samples have; what needs not be said of each of them.
+struct OwnStates {
+  bool anyVoid = false;
+  bool anyInterpolated = false;
+  bool anyCoded = false;
+  /// No sample is Coded whose parent in this tile is Interpolated.
+  bool closed = true;
+
+  bool isMixed() const { return (anyVoid ? 1 : 0) + (anyInterpolated ? 1 : 0) + (anyCoded ? 1 : 0) > 1; }
+  bool operator==(const OwnStates&) const = default;
+};
+OwnStates ownStatesOf(const std::vector<SampleState>& states, bool isRoot);
+
+/// Appends the segments of a lattice level (half-size s): quad-centres, then edge-centres.
+void encodeLevel(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,
+                 std::vector<uint8_t>& out);
+
+/// Reads them; the coarser samples must be there. Gives the number of bytes used. Errors are relative to
+/// `bytes`.
+Result<size_t> decodeLevel(std::span<const uint8_t> bytes, int s, const OwnStates& states,
+                           const ElevationScale& scale, TileSamples& samples);
+
+/// The step number whose height a coded sample has.
+int32_t integerOfCoded(float height, const ElevationScale& scale);
+
+}  // namespace terrane

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "sample_planes.h"
+
+/// What the samples that are known let one expect of the next ones: a value, and how far off it may be.
+/// docs/format/elevation-v2.md, "Prediction", has the stencils as pictures and the numbers.
+namespace terrane {
+
+/// The three kinds of new samples of a lattice level, in the order in which they become known.
+enum class SampleKind : uint8_t { QuadCenter = 0, HorizontalEdge = 1, VerticalEdge = 2 };
+inline constexpr int kSampleKinds = 3;
+
+/// Neighbours count in pairs that lie opposite each other; a pair's weight is in 1/128.
+inline constexpr int kLargestPairCount = 10;
+constexpr int pairCount(SampleKind kind) {
+  return kind == SampleKind::VerticalEdge ? 10 : 8;
+}
+using PairWeights = std::array<int8_t, kLargestPairCount>;
+/// Weights that suit most ground, where a tile's own would not pay for their bytes.
+const PairWeights& usualWeights(SampleKind kind);
+
+/// The grids of one lattice level with n x n quads, as step numbers, and the sizes of what prediction got
+/// wrong.
+struct LevelPlanes {
+  SamplePlane corners;     ///< n + 1 x n + 1
+  SamplePlane quads;       ///< n x n
+  SamplePlane horizontal;  ///< n + 1 rows of n
+  SamplePlane vertical;    ///< n rows of n + 1
+  SamplePlane quadMisses;
+  SamplePlane horizontalMisses;
+
+  SamplePlane& of(SampleKind kind) {
+    return kind == SampleKind::QuadCenter       ? quads
+           : kind == SampleKind::HorizontalEdge ? horizontal
+                                                : vertical;
+  }
+};
+
+/// Contexts: by the expected size of a miss, four an octave.
+inline constexpr int kSizeContexts = 64;
+
+/// One row of expectations; arrays have room for whole vectors.
+struct RowPrediction {
+  static constexpr int kRoom = 144;
+  alignas(64) std::array<int32_t, kRoom> values;   ///< expected step numbers
+  alignas(64) std::array<uint8_t, kRoom> context;  ///< 0 to kSizeContexts - 1
+  alignas(
+      64) std::array<int32_t, kRoom> bend;  ///< value less the mean of the hypotenuse's ends, in half steps
+};
+
+/// Predicts row y of a kind of samples from the planes before it, whose rims must be made.
+void predictRow(const LevelPlanes& planes, SampleKind kind, int y, const PairWeights& weights,
+                RowPrediction& out);
+
+/// The weights that fit a complete level best, by least squares over every fourth row; exact whole-number
+/// sums, so that every machine finds the same. `counts`: for each of the kind's samples, row by row, 1 where
+/// it matters, 0 where not.
+PairWeights fitWeights(const LevelPlanes& planes, SampleKind kind, const uint8_t* counts);
+
+}  // namespace terrane
