@@ -41,6 +41,10 @@ std::string alignColumns(const std::vector<std::vector<std::string>>& rows, cons
   return table;
 }
 
+const char* sideText(const Bar& bar) {
+  return bar.side == Bar::Side::AtMost ? "at most" : "at least";
+}
+
 }  // namespace
 
 bool BenchResult::allHold() const {
@@ -57,6 +61,7 @@ Json BenchResult::toJson() const {
     out["bars"].push_back({{"name", bar.name},
                            {"value", bar.value},
                            {"unit", bar.unit},
+                           {"side", sideText(bar)},
                            {"bar", bar.bar},
                            {"holds", bar.holds()}});
   }
@@ -80,11 +85,12 @@ std::string BenchResult::toTable() const {
     text += alignColumns(cells, isText) + "\n";
   }
 
-  std::vector<std::vector<std::string>> cells = {{"bar", "value", "at most", ""}};
+  std::vector<std::vector<std::string>> cells = {{"bar", "value", "must be", ""}};
   for (const Bar& bar : bars) {
     const std::string unit = bar.unit.empty() ? "" : " " + bar.unit;
     cells.push_back({bar.name, fmt::format("{:.4g}{}", bar.value, unit),
-                     fmt::format("{:.4g}{}", bar.bar, unit), bar.holds() ? "holds" : "DOES NOT HOLD"});
+                     fmt::format("{} {:.4g}{}", sideText(bar), bar.bar, unit),
+                     bar.holds() ? "holds" : "DOES NOT HOLD"});
   }
   return text + alignColumns(cells, {true, false, false, true});
 }

@@ -10,7 +10,9 @@ BenchResult result() {
   out.bench = "error";
   out.rows = {{{"dataset", "alps"}, {"tau", 1.0}, {"pixels", 12345}},
               {{"dataset", "sea"}, {"tau", 2.0}, {"pixels", 9}}};
-  out.bars = {{"max_error_over_tau", 0.93, "", 1.0}, {"cracks_resident", 1, "pixels", 0}};
+  out.bars = {{"max_error_over_tau", 0.93, "", 1.0},
+              {"cracks_resident", 1, "pixels", 0},
+              {"speed", 9, "", 8, Bar::Side::AtLeast}};
   return out;
 }
 
@@ -25,6 +27,9 @@ TEST(BenchResult, HasTheAgreedMembers) {
   EXPECT_EQ(json["bars"][1]["bar"], 0.0);
   EXPECT_EQ(json["bars"][1]["unit"], "pixels");
   EXPECT_EQ(json["bars"][1]["holds"], false);
+  EXPECT_EQ(json["bars"][1]["side"], "at most");
+  EXPECT_EQ(json["bars"][2]["side"], "at least");
+  EXPECT_EQ(json["bars"][2]["holds"], true);
   EXPECT_FALSE(result().allHold());
 }
 
@@ -34,9 +39,17 @@ TEST(BenchResult, PrintsATable) {
             "alps       1  12,345\n"
             "sea        2       9\n"
             "\n"
-            "bar                    value   at most\n"
-            "max_error_over_tau      0.93         1  holds\n"
-            "cracks_resident     1 pixels  0 pixels  DOES NOT HOLD\n");
+            "bar                    value           must be\n"
+            "max_error_over_tau      0.93         at most 1  holds\n"
+            "cracks_resident     1 pixels  at most 0 pixels  DOES NOT HOLD\n"
+            "speed                      9        at least 8  holds\n");
+}
+
+TEST(Bar, HoldsOnItsSide) {
+  EXPECT_TRUE((Bar{"a", 8.0, "", 8.0}.holds()));
+  EXPECT_FALSE((Bar{"a", 8.1, "", 8.0}.holds()));
+  EXPECT_TRUE((Bar{"a", 8.0, "", 8.0, Bar::Side::AtLeast}.holds()));
+  EXPECT_FALSE((Bar{"a", 7.9, "", 8.0, Bar::Side::AtLeast}.holds()));
 }
 
 }  // namespace

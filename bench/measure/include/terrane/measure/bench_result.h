@@ -11,11 +11,13 @@ namespace terrane {
 
 /// A number that must hold.
 struct Bar {
+  enum class Side { AtMost, AtLeast };
   std::string name;
   double value = 0.0;
   std::string unit;  ///< "" for ratios and counts
-  double bar = 0.0;  ///< the value must be at most this
-  bool holds() const { return value <= bar; }
+  double bar = 0.0;  ///< the value must be at most (or at least) this
+  Side side = Side::AtMost;
+  bool holds() const { return side == Side::AtMost ? value <= bar : value >= bar; }
 };
 
 /// The result of a bench. Rows are flat objects with the same members, one a line of the table.
@@ -25,7 +27,8 @@ struct BenchResult {
   std::vector<Bar> bars;
 
   bool allHold() const;
-  /// {"bench", "machine", "rows": [...], "bars": [{"name", "value", "unit", "bar", "holds"}]}.
+  /// {"bench", "machine", "rows": [...], "bars": [{"name", "value", "unit", "side", "bar",
+  /// "holds"}]}; side is "at most" or "at least".
   nlohmann::ordered_json toJson() const;
   /// Rows and bars in aligned columns, for a terminal.
   std::string toTable() const;

@@ -1,0 +1,128 @@
+#include "stored_pyramid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "terrane/codec/elevation_codec.h"
+
+namespace terrane {
+
+Result<StoredPyramid> StoredPyramid::open(const std::string& directory) {
+  TERRANE_ASSIGN(const Dataset dataset, Dataset::open(directory));
+  StoredPyramid pyramid(dataset.manifest());
+  std::vector<TileId> ids = dataset.elevationTiles();
+  std::sort(ids.begin(), ids.end());
+  std::unordered_map<TileId, size_t, TileIdHash> places;
+  for (const TileId id : ids) {
+    TERRANE_ASSIGN(auto payload, dataset.readElevation(id));
+    if (!payload) return makeError("{}: tile {} is listed and not there", directory, toString(id));
+    const size_t place = pyramid.tiles_.size();
+    places[id] = place;
+    pyramid.tiles_.push_back({id, std::move(*payload)});
+    if (id.isRoot()) continue;
+    const auto parent = places.find(id.parent());
+    if (parent == places.end()) return makeError("{}: tile {} has no parent", directory, toString(id));
+    pyramid.tiles_[parent->second].children[static_cast<size_t>(id.quadrant())] = static_cast<int>(place);
+  }
+  if (pyramid.tiles_.empty()) return makeError("{}: holds no tiles", directory);
+  return pyramid;
+}
+
+uint64_t StoredPyramid::bytes() const {
+  uint64_t sum = 0;
+  for (const StoredTile& tile : tiles_) sum += tile.payload.size();
+  return sum;
+}
+
+uint64_t StoredPyramid::finestBytes() const {
+  uint64_t sum = 0;
+  for (const StoredTile& tile : tiles_) {
+    if (tile.id.level == manifest_.frame.finestLevel) sum += tile.payload.size();
+  }
+  return sum;
+}
+
+int64_t StoredPyramid::finestTiles() const {
+  return std::count_if(tiles_.begin(), tiles_.end(),
+                       [&](const StoredTile& tile) { return tile.id.level == manifest_.frame.finestLevel; });
+}
+
+Status StoredPyramid::decodeAll() const {
+  return decodeBelow(tiles_.front(), nullptr);
+}
+
+Status StoredPyramid::decodeBelow(const StoredTile& stored, const TileSamples* parent) const {
+  const int quadrant = parent == nullptr ? 0 : stored.id.quadrant();
+  TERRANE_ASSIGN(const Tile tile, decodeTile(stored.payload, parent, quadrant, manifest_.scale));
+  for (const int child : stored.children) {
+    if (child >= 0) TERRANE_TRY(decodeBelow(tiles_[static_cast<size_t>(child)], &tile.samples));
+  }
+  return {};
+}
+
+/// Goes down to every finest tile of the source, through what is stored and what is interpolated.
+class StoredPyramid::Checker {
+ public:
+  Checker(const StoredPyramid& pyramid, const std::vector<SourceTile>& source) : pyramid_(pyramid) {
+    for (const SourceTile& tile : source) {
+      source_[tile.id] = &tile;
+      for (TileId id = tile.id; !id.isRoot(); id = id.parent()) touched_.insert(id);
+    }
+  }
+
+  Result<BoundCheck> run() {
+    const StoredTile& root = pyramid_.tiles_.front();
+    TERRANE_ASSIGN(const Tile tile, decodeTile(root.payload, nullptr, 0, pyramid_.manifest_.scale));
+    TERRANE_TRY(visit(root.id, &root, tile));
+    return check_;
+  }
+
+ private:
+  Status visit(TileId id, const StoredTile* stored, const Tile& tile) {
+    if (id.level == pyramid_.manifest_.frame.finestLevel) {
+      compare(tile, source_.find(id)->second->heights);
+      return {};
+    }
+    for (int quadrant = 0; quadrant < 4; ++quadrant) {
+      const TileId child = id.child(quadrant);
+      if (touched_.count(child) == 0) continue;
+      const int place = stored == nullptr ? -1 : stored->children[static_cast<size_t>(quadrant)];
+      if (place < 0) {
+        TERRANE_TRY(visit(child, nullptr, interpolateTile(tile, quadrant)));
+        continue;
+      }
+      const StoredTile& next = pyramid_.tiles_[static_cast<size_t>(place)];
+      TERRANE_ASSIGN(const Tile decoded,
+                     decodeTile(next.payload, &tile.samples, quadrant, pyramid_.manifest_.scale));
+      TERRANE_TRY(visit(child, &next, decoded));
+    }
+    return {};
+  }
+
+  void compare(const Tile& tile, const std::vector<float>& expected) {
+    for (size_t i = 0; i < expected.size(); ++i) {
+      const bool isVoid = tile.samples.states[i] == SampleState::Void;
+      if (std::isnan(expected[i]) || isVoid) {
+        if (std::isnan(expected[i]) != isVoid) ++check_.violations;
+        continue;
+      }
+      const double error = std::abs(double{tile.samples.heights[i]} - expected[i]);
+      ++check_.samples;
+      check_.largestMeters = std::max(check_.largestMeters, error);
+      if (error > pyramid_.manifest_.maxErrorMeters) ++check_.violations;
+    }
+  }
+
+  const StoredPyramid& pyramid_;
+  std::unordered_map<TileId, const SourceTile*, TileIdHash> source_;
+  std::unordered_set<TileId, TileIdHash> touched_;
+  BoundCheck check_;
+};
+
+Result<BoundCheck> StoredPyramid::check(const std::vector<SourceTile>& source) const {
+  return Checker(*this, source).run();
+}
+
+}  // namespace terrane
