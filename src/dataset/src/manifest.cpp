@@ -190,7 +190,7 @@ void readElevation(const MemberReader& members, Manifest& manifest) {
   if (codecVersion < kElevationCodecVersion)
     json.fail(
         "codecVersion",
-        fmt::format("is {}, which this program no longer reads: build the dataset again", codecVersion));
+        fmt::format("is {}, which this program no longer reads", codecVersion));
   json.read("heightStep", scale.heightStep, 1e-9, 1e6);
   json.read("heightOffset", scale.heightOffset, -1e9, 1e9);
   json.read("errorUnit", scale.errorUnit, 1e-12, 1e9);

@@ -89,7 +89,7 @@ TEST(Manifest, AbsurdMembersAreNamed) {
             std::string::npos);
   EXPECT_NE(errorAfter("\"minHeight\": 187", "\"minHeight\": 9000").find("layers.elevation.maxHeight"),
             std::string::npos);
-  EXPECT_NE(errorAfter("\"codecVersion\": 2", "\"codecVersion\": 1").find("build the dataset again"),
+  EXPECT_NE(errorAfter("\"codecVersion\": 2", "\"codecVersion\": 1").find("no longer reads"),
             std::string::npos);
   EXPECT_NE(errorAfter("\"codecVersion\": 2", "\"codecVersion\": 9").find("codecVersion"), std::string::npos);
   EXPECT_NE(errorAfter("\"warped\": true", "\"warped\": 1").find("inputs[0].warped"), std::string::npos);
