@@ -193,9 +193,8 @@ Result<BuildReport> buildDataset(const Source& source, const BuildOptions& optio
     std::optional<RankStores> ranks;
     if (mixed) ranks.emplace(memory / 8, output.path());
     RankStores* ranksOrNull = mixed ? &*ranks : nullptr;
-    // What interpolation may stand for is decided where there is one finest level for all.
     std::optional<NeedStore> needs;
-    if (!mixed && plan.maxErrorMeters > 0.0) needs.emplace(plan.maxErrorMeters, memory / 8, output.path());
+    if (plan.interpolates) needs.emplace(plan.maxErrorMeters, memory / 8, output.path());
     TERRANE_ASSIGN(const RawTotals raw, readRawTiles(source, scale, pyramid, ranksOrNull,
                                                      needs ? &*needs : nullptr, workers, progress));
     report.samples = static_cast<double>(raw.samples);

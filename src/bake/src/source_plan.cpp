@@ -120,6 +120,9 @@ double stepShare(double boundInSpacings) {
   if (boundInSpacings >= 0.2) return 1.25;
   return boundInSpacings >= 0.1 ? 1.5 : 2.0;
 }
+// Below this bound nearly every sample has to be coded, and saying which costs more than leaving out the
+// rest.
+constexpr double kInterpolatesFrom = 0.01;
 
 // Chooses the height step, the offset and the stated bound.
 Status chooseHeights(PlacedSource& source, const SourceOptions& options) {
@@ -172,8 +175,9 @@ Status chooseHeights(PlacedSource& source, const SourceOptions& options) {
   const auto native = [&](const PlacedInput& input) {
     return input.nativeLevel == source.inputs.front().nativeLevel;
   };
-  const bool interpolates = std::all_of(source.inputs.begin(), source.inputs.end(), native);
-  const double share = interpolates ? stepShare(bound / spacing) : 2.0;
+  plan.interpolates =
+      bound >= kInterpolatesFrom * spacing && std::all_of(source.inputs.begin(), source.inputs.end(), native);
+  const double share = plan.interpolates ? stepShare(bound / spacing) : 2.0;
   plan.heightStep = share < 2.0 ? share * bound : 2.0 * (bound - rounding);
   plan.heightOffset = 0.0;
   plan.maxErrorMeters = bound;
