@@ -193,7 +193,10 @@ Result<BuildReport> buildDataset(const Source& source, const BuildOptions& optio
     std::optional<RankStores> ranks;
     if (mixed) ranks.emplace(memory / 8, output.path());
     RankStores* ranksOrNull = mixed ? &*ranks : nullptr;
-    TERRANE_ASSIGN(const RawTotals raw, readRawTiles(source, scale, pyramid, ranksOrNull, workers, progress));
+    std::optional<NeedStore> needs;
+    if (plan.interpolates) needs.emplace(plan.maxErrorMeters, memory / 8, output.path());
+    TERRANE_ASSIGN(const RawTotals raw, readRawTiles(source, scale, pyramid, ranksOrNull,
+                                                     needs ? &*needs : nullptr, workers, progress));
     report.samples = static_cast<double>(raw.samples);
     const float corner = scale.heightFromInteger(scale.integerFromHeight(raw.meanHeight));
     TERRANE_TRY(fillTiles(source, pyramid, ranksOrNull, corner, workers, progress));

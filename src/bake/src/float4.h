@@ -29,6 +29,10 @@ inline Float4 absolute(Float4 a) {
 inline Float4 larger(Float4 value, Float4 best) {
   return {_mm_max_ps(value.v, best.v)};
 }
+/// A bit for each lane where `a` is above `b`, the first lane's lowest.
+inline uint32_t lanesAbove(Float4 a, Float4 b) {
+  return static_cast<uint32_t>(_mm_movemask_ps(_mm_cmpgt_ps(a.v, b.v)));
+}
 /// The lanes of `a` where the mask's bits are all set, of `b` where none is.
 inline Float4 choose(const uint32_t* mask, Float4 a, Float4 b) {
   const __m128 m = _mm_loadu_ps(reinterpret_cast<const float*>(mask));
@@ -68,6 +72,11 @@ inline Float4 absolute(Float4 a) {
 }
 inline Float4 larger(Float4 value, Float4 best) {
   return Float4::zip(value, best, [](float x, float y) { return x > y ? x : y; });
+}
+inline uint32_t lanesAbove(Float4 a, Float4 b) {
+  uint32_t out = 0;
+  for (int i = 0; i < 4; ++i) out |= static_cast<uint32_t>(a.v[i] > b.v[i] ? 1 : 0) << i;
+  return out;
 }
 inline Float4 choose(const uint32_t* mask, Float4 a, Float4 b) {
   Float4 out;

@@ -85,7 +85,7 @@ class LeafMeasurer {
     const PyramidTile& tile = pyramid_.levels[static_cast<size_t>(leaf_)][static_cast<size_t>(index)];
     TERRANE_TRY(pyramid_.readHeights(tile, heights_));
     ground_ = heights_;
-    if (tile.states >= 0) {
+    if (tile.states >= 0 && !tile.complete) {
       TERRANE_TRY(pyramid_.readStates(tile, states_));
       for (size_t i = 0; i < kSamples; ++i) {
         if (states_[i] == SampleState::Void) ground_[i] = std::numeric_limits<float>::quiet_NaN();

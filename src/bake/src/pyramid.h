@@ -21,7 +21,8 @@ struct PyramidTile {
   std::array<int32_t, 4> children{-1, -1, -1, -1};  ///< indices on the next level, -1: not here
   int64_t heights = -1;                             ///< block of its heights
   int64_t states = -1;                              ///< block of its sample states; -1: all Coded
-  bool complete = false;                            ///< raw data for every sample
+  bool complete = false;                            ///< no sample is Void
+  bool hasNeeds = false;                            ///< of the finest level, while that is read
   bool rough = false;                               ///< surely not what interpolation makes of its parent
   Coverage coverage;
   bool significant = true;  ///< not what interpolation makes of its parent

@@ -70,7 +70,7 @@ class TileCoverer {
     bool full = true;
     for (const int32_t child : tile.children) {
       if (child < 0)
-        full = full && tile.states < 0;
+        full = full && (tile.states < 0 || tile.complete);
       else
         full = full && below_[static_cast<size_t>(child)].uniform &&
                below_[static_cast<size_t>(child)].each == cell_;

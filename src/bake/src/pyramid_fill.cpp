@@ -14,6 +14,7 @@ constexpr auto kSamples = static_cast<size_t>(kTileSampleCount);
 
 struct Scratch {
   std::vector<float> raw = std::vector<float>(kSamples);
+  std::vector<SampleState> rawStates = std::vector<SampleState>(kSamples);
   TileSamples parent;
   std::vector<uint16_t> rawRanks = std::vector<uint16_t>(kSamples);
   std::vector<uint16_t> coarseRanks = std::vector<uint16_t>(kSamples);
@@ -40,9 +41,10 @@ float nearestHeight(const std::vector<float>& heights, LatticePoint corner, floa
 }
 
 /// The root: the lattice from its corners down, each missing sample the mean of its hypotenuse's ends.
+/// `states` are those of the samples that are not missing.
 void fillRoot(std::vector<float>& heights, std::vector<SampleState>& states, float cornerHeight) {
   for (size_t i = 0; i < kSamples; ++i) {
-    states[i] = std::isnan(heights[i]) ? SampleState::Void : SampleState::Coded;
+    if (std::isnan(heights[i])) states[i] = SampleState::Void;
   }
   const auto at = [&](LatticePoint p) -> float& {
     return heights[static_cast<size_t>(p.y * kTileSamples + p.x)];
@@ -97,6 +99,7 @@ class TileFiller {
     const int quadrant = tile.id.quadrant();
     TERRANE_TRY(pyramid_.readSamples(parent, scratch.parent));
     TERRANE_TRY(pyramid_.readHeights(tile, scratch.raw));
+    TERRANE_TRY(pyramid_.readStates(tile, scratch.rawStates));
     if (ranks_ != nullptr) TERRANE_TRY(readRanks(tile, parent, quadrant, scratch));
 
     // Old samples come from the parent, new ones from the inputs where these lie on top.
@@ -111,7 +114,7 @@ class TileFiller {
           const bool onTop = ranks_ == nullptr || scratch.rawRanks[i] >= coarse;
           if (!std::isnan(scratch.raw[i]) && onTop) {
             samples.heights[i] = scratch.raw[i];
-            state = SampleState::Coded;
+            state = scratch.rawStates[i];
           } else if (coarse == 0) {
             state = SampleState::Void;  // a hole of the inputs
           }
@@ -167,6 +170,7 @@ Status fillTiles(const Source& source, Pyramid& pyramid, RankStores* ranks, floa
     std::vector<float> heights(kSamples);
     std::vector<SampleState> states(kSamples);
     TERRANE_TRY(pyramid.readHeights(root, heights));
+    TERRANE_TRY(pyramid.readStates(root, states));
     fillRoot(heights, states, cornerHeight);
     TERRANE_TRY(pyramid.writeHeights(root, heights));
     TERRANE_TRY(pyramid.writeStates(root, states));

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "pyramid_steps.h"
+#include "significance.h"
 
 namespace terrane {
 
@@ -23,6 +24,9 @@ struct Scratch {
   std::vector<uint16_t> ranks = std::vector<uint16_t>(kSamples);
   std::vector<uint16_t> nativeRanks = std::vector<uint16_t>(kSamples);
   std::vector<uint16_t> childRanks = std::vector<uint16_t>(kSamples);
+  std::vector<SampleState> states = std::vector<SampleState>(kSamples);
+  std::vector<SampleState> childStates = std::vector<SampleState>(kSamples);
+  std::vector<float> given;  ///< heights before they are put on the step
 };
 
 /// What became of one candidate.
@@ -63,18 +67,6 @@ void decimate(const std::vector<T>& child, int quadrant, std::vector<T>& parent)
       to[x] = from[2 * x];
     }
   }
-}
-
-/// A sample between two others that is not their mean: surely not interpolated. Most tiles show one at once.
-bool isRough(const std::vector<float>& heights) {
-  for (int y = 0; y < kTileSamples; y += 2) {
-    const float* row = heights.data() + y * kTileSamples;
-    for (int x = 1; x < kTileSamples; x += 2) {
-      const float mean = (row[x - 1] + row[x + 1]) * 0.5F;
-      if (std::isfinite(mean) && std::isfinite(row[x]) && row[x] != mean) return true;
-    }
-  }
-  return false;
 }
 
 /// The tiles of one level that may hold data.
@@ -130,8 +122,9 @@ std::vector<TileId> neighboursOf(const std::vector<Outcome>& outcomes) {
 /// Makes one tile out of its children and its own level's inputs.
 class RawTileMaker {
  public:
-  RawTileMaker(const Source& source, const ElevationScale& scale, Pyramid& pyramid, RankStores* ranks)
-      : source_(source), scale_(scale), pyramid_(pyramid), ranks_(ranks) {}
+  RawTileMaker(const Source& source, const ElevationScale& scale, Pyramid& pyramid, RankStores* ranks,
+               NeedStore* needs)
+      : source_(source), scale_(scale), pyramid_(pyramid), ranks_(ranks), needs_(needs) {}
 
   Status make(TileId id, bool native, Scratch& scratch, Outcome& outcome) const {
     outcome.tile.id = id;
@@ -139,6 +132,7 @@ class RawTileMaker {
     if (ranks_ != nullptr) std::fill(scratch.ranks.begin(), scratch.ranks.end(), uint16_t{0});
 
     // What the level below has.
+    bool anyStates = false;
     for (int quadrant = 0; id.level < pyramid_.finestLevel() && quadrant < 4; ++quadrant) {
       const int index = pyramid_.find(id.child(quadrant));
       if (index < 0) continue;
@@ -147,6 +141,7 @@ class RawTileMaker {
       outcome.active = true;
       TERRANE_TRY(pyramid_.readHeights(child, scratch.childHeights));
       decimate(scratch.childHeights, quadrant, scratch.heights);
+      TERRANE_TRY(takeStates(child, quadrant, scratch, anyStates));
       if (ranks_ == nullptr) continue;
       TERRANE_TRY(ranks_->raw.readValues<uint16_t>(static_cast<uint64_t>(child.heights), scratch.childRanks));
       decimate(scratch.childRanks, quadrant, scratch.ranks);
@@ -163,6 +158,15 @@ class RawTileMaker {
         outcome.tile.complete || !std::all_of(scratch.heights.begin(), scratch.heights.end(), isNone);
     outcome.tile.rough = ranks_ == nullptr && isRough(scratch.heights);
     TERRANE_TRY(pyramid_.writeHeights(outcome.tile, scratch.heights));
+    if (anyStates && std::find(scratch.states.begin(), scratch.states.end(), SampleState::Interpolated) !=
+                         scratch.states.end())
+      TERRANE_TRY(pyramid_.writeStates(outcome.tile, scratch.states));
+    if (outcome.hasData && needs_ != nullptr && id.level == pyramid_.finestLevel()) {
+      std::array<uint8_t, kSampleBitsBytes> bits;
+      findNeeded(scratch.given, scratch.heights, needs_->maxErrorMeters, bits);
+      TERRANE_TRY(needs_->bits.writeValues<uint8_t>(static_cast<uint64_t>(outcome.tile.heights), bits));
+      outcome.tile.hasNeeds = true;
+    }
     if (ranks_ == nullptr) return {};
     const auto block = static_cast<uint64_t>(outcome.tile.heights);
     TERRANE_TRY(ranks_->raw.writeValues<uint16_t>(block, scratch.ranks));
@@ -172,10 +176,21 @@ class RawTileMaker {
   }
 
  private:
+  /// A child's states into its quadrant, where it or a sibling before it has other states than Coded.
+  Status takeStates(const PyramidTile& child, int quadrant, Scratch& scratch, bool& takenAny) const {
+    if (child.states < 0 && !takenAny) return {};
+    if (!takenAny) std::fill(scratch.states.begin(), scratch.states.end(), SampleState::Coded);
+    takenAny = true;
+    TERRANE_TRY(pyramid_.readStates(child, scratch.childStates));
+    decimate(scratch.childStates, quadrant, scratch.states);
+    return {};
+  }
+
   Status overlay(TileId id, Scratch& scratch, Outcome& outcome, bool& touched) const {
     TERRANE_ASSIGN(touched, scratch.reader->readTile(id, scratch.nativeHeights, scratch.nativeRanks));
     if (!touched) return {};
     outcome.active = true;
+    if (needs_ != nullptr) scratch.given = scratch.nativeHeights;
     const double largest = quantise(scratch.nativeHeights, scale_);
     if (largest > kLargestInteger) {
       return makeError(
@@ -206,9 +221,21 @@ class RawTileMaker {
   const ElevationScale& scale_;
   Pyramid& pyramid_;
   RankStores* ranks_;
+  NeedStore* needs_;
 };
 
 }  // namespace
+
+bool isRough(std::span<const float> heights) {
+  for (int y = 0; y < kTileSamples; y += 2) {
+    const float* row = heights.data() + y * kTileSamples;
+    for (int x = 1; x < kTileSamples; x += 2) {
+      const float mean = (row[x - 1] + row[x + 1]) * 0.5F;
+      if (std::isfinite(mean) && std::isfinite(row[x]) && row[x] != mean) return true;
+    }
+  }
+  return false;
+}
 
 RankStores::RankStores(uint64_t memoryBytes, const std::string& scratchFolder)
     : raw(kSamples * sizeof(uint16_t), memoryBytes / 3, scratchFolder),
@@ -216,10 +243,12 @@ RankStores::RankStores(uint64_t memoryBytes, const std::string& scratchFolder)
       coarse(kSamples * sizeof(uint16_t), memoryBytes / 3, scratchFolder) {}
 
 Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale, Pyramid& pyramid,
-                               RankStores* ranks, const Workers& workers, Progress& progress) {
+                               RankStores* ranks, NeedStore* needs, const Workers& workers,
+                               Progress& progress) {
   const std::vector<int> nativeLevels = source.nativeLevels();
   std::vector<Scratch> scratches(static_cast<size_t>(workers.count()));
-  const RawTileMaker maker(source, scale, pyramid, ranks);
+  TERRANE_CHECK(needs == nullptr || ranks == nullptr, "needs of inputs of {} levels", nativeLevels.size());
+  const RawTileMaker maker(source, scale, pyramid, ranks, needs);
   RawTotals totals;
   double sum = 0.0;
   int64_t visited = 0;
@@ -264,6 +293,8 @@ Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale
     for (Outcome& outcome : empty) tiles.push_back(std::move(outcome.tile));
     std::sort(tiles.begin(), tiles.end(),
               [](const PyramidTile& a, const PyramidTile& b) { return a.id < b.id; });
+    if (needs != nullptr && level == pyramid.finestLevel())
+      TERRANE_TRY(interpolateFinestTiles(pyramid, *needs, workers));
   }
   if (visited == 0)
     return makeError(

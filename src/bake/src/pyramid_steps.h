@@ -17,6 +17,14 @@ struct RankStores {
   BlockStore coarse;  ///< of the inputs native to coarser levels, interpolated
 };
 
+/// What the finest tiles need by themselves (significance.h), kept from when they are read until all of them
+/// are. Blocks are numbered like the tiles' heights.
+struct NeedStore {
+  NeedStore(double maxError, uint64_t memoryBytes, const std::string& scratchFolder);
+  double maxErrorMeters;
+  BlockStore bits;
+};
+
 /// What reading the inputs told.
 struct RawTotals {
   double meanHeight = 0.0;
@@ -25,10 +33,18 @@ struct RawTotals {
 
 /// Step 1, from the finest level up: which tiles there are (those with data, and empty ones around them), and
 /// their raw heights on the dataset's step (NaN where there is no data). `ranks` may be null where all inputs
-/// are native to one level. Errors: the source's; a height that the step cannot express; no data at all; no
-/// room.
+/// are native to one level. With `needs`, which only such inputs can have, samples of the finest level that
+/// are not significant are interpolated; without, all are coded. Errors: the source's; a height that the step
+/// cannot express; no data at all; no room.
 Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale, Pyramid& pyramid,
-                               RankStores* ranks, const Workers& workers, Progress& progress);
+                               RankStores* ranks, NeedStore* needs, const Workers& workers,
+                               Progress& progress);
+
+/// The part of step 1 that follows once the finest level is read: its tiles' final heights and states. Each
+/// tile takes its neighbours' needs and its own samples; a second time changes nothing.
+Status interpolateFinestTiles(Pyramid& pyramid, const NeedStore& needs, const Workers& workers);
+/// A sample between two others that is not their mean: surely not interpolated. Most tiles show one at once.
+bool isRough(std::span<const float> heights);
 
 /// Step 2, from the root down: every sample gets its height and state. A sample without data is Interpolated
 /// where an input of a coarser level lies there, Void elsewhere; the world's corners without data have

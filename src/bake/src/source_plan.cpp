@@ -113,6 +113,17 @@ int64_t floorMod(int64_t a, int64_t b) {
   return ((a % b) + b) % b;
 }
 
+// The height step, as a share of the bound, where samples may be left to interpolation (significance.h). A
+// finer step costs bits for each sample that is coded, a coarser one leaves fewer to interpolation; the more
+// the bound allows, the more that counts. docs/decisions/0031-step-of-a-bounded-dataset.md has the figures.
+double stepShare(double boundInSpacings) {
+  if (boundInSpacings >= 0.2) return 1.25;
+  return boundInSpacings >= 0.1 ? 1.5 : 2.0;
+}
+// Below this bound nearly every sample has to be coded, and saying which costs more than leaving out the
+// rest.
+constexpr double kInterpolatesFrom = 0.01;
+
 // Chooses the height step, the offset and the stated bound.
 Status chooseHeights(PlacedSource& source, const SourceOptions& options) {
   SourcePlan& plan = source.plan;
@@ -149,8 +160,8 @@ Status chooseHeights(PlacedSource& source, const SourceOptions& options) {
     return {};
   }
 
-  const double bound = options.maxErrorMeters.value_or(
-      std::min(plan.frame.spacingXMeters(), plan.frame.spacingYMeters()) / 200.0);
+  const double spacing = std::min(plan.frame.spacingXMeters(), plan.frame.spacingYMeters());
+  const double bound = options.maxErrorMeters.value_or(spacing / 200.0);
   if (!(bound > 0.0) || !std::isfinite(bound)) {
     return makeError(
         "--max-error {}: must be a positive number of metres (--lossless keeps integer sources exactly)",
@@ -161,7 +172,13 @@ Status chooseHeights(PlacedSource& source, const SourceOptions& options) {
   // reaches.
   const double far = std::max(std::ldexp(1.0, -10), bound / 1024.0);
   const double rounding = far <= bound / 64.0 ? far : std::min(std::ldexp(1.0, -11), bound / 8.0);
-  plan.heightStep = 2.0 * (bound - rounding);
+  const auto native = [&](const PlacedInput& input) {
+    return input.nativeLevel == source.inputs.front().nativeLevel;
+  };
+  plan.interpolates =
+      bound >= kInterpolatesFrom * spacing && std::all_of(source.inputs.begin(), source.inputs.end(), native);
+  const double share = plan.interpolates ? stepShare(bound / spacing) : 2.0;
+  plan.heightStep = share < 2.0 ? share * bound : 2.0 * (bound - rounding);
   plan.heightOffset = 0.0;
   plan.maxErrorMeters = bound;
   source.largestHeight =

@@ -198,6 +198,8 @@ class Verifier {
                     [](SampleState state) { return state != SampleState::Coded; })) {
       TERRANE_TRY(pyramid_.writeStates(tile, states));
     }
+    tile.complete = std::find(states.begin(), states.end(), SampleState::Void) == states.end();
+    checkClosure(id, states);
     tile.coverage = decoded->samples.coverage;
     Stated& stated = stated_[static_cast<size_t>(id.level)][static_cast<size_t>(index)];
     checkChildren(tile, *decoded);
@@ -205,6 +207,34 @@ class Verifier {
     stated.children = decoded->children;
     stated.coverage = std::move(decoded->samples.coverage);
     return {};
+  }
+
+  /// Samples that are coded need coded parents: with inputs of one level, what is significant is closed under
+  /// "parent of". note: samples on larger multiples than this are always coded, and of a border sample's two
+  /// parents one may lie in the neighbour, which has the sample too.
+  void checkClosure(TileId id, const std::vector<SampleState>& states) {
+    const auto& inputs = manifest_.inputs;
+    const bool mixed = std::any_of(inputs.begin(), inputs.end(), [&](const InputRecord& input) {
+      return input.nativeLevel != inputs.front().nativeLevel;
+    });
+    if (mixed) return;
+    const auto at = [&](LatticePoint p) { return states[static_cast<size_t>(p.y * kTileSamples + p.x)]; };
+    const Lattice lattice(0);
+    int orphans = 0;
+    for (int level = id.isRoot() ? 0 : lattice.deepestLevel() - 1; level <= lattice.deepestLevel(); ++level) {
+      const int s = lattice.halfSize(level);
+      const bool quads = level % 2 == 0;
+      for (int y = quads ? s : 0; y <= kTileCells; y += quads ? 2 * s : s) {
+        for (int x = quads ? s : (y / s % 2 == 0 ? s : 0); x <= kTileCells; x += 2 * s) {
+          if (at({x, y}) != SampleState::Coded) continue;
+          for (const LatticePoint apex : lattice.apexes({x, y, level})) {
+            if (at(apex) == SampleState::Interpolated) ++orphans;
+          }
+        }
+      }
+    }
+    if (orphans > 0)
+      faults_.add("tile {}: {} coded samples have an interpolated parent", toString(id), orphans);
   }
 
   /// What the tile says of children that are not stored, and whether those that it calls present are.

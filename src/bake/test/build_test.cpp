@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 
 #include "function_source.h"
+#include "terrane/bake/verify.h"
 #include "terrane/codec/elevation_codec.h"
 #include "terrane/dataset/dataset.h"
 
@@ -46,6 +48,7 @@ class BuildTest : public ::testing::Test {
     SilentProgress progress;
     return buildDataset(source, options, progress);
   }
+  void sameWithAnyThreadsAndMemory(const Source& source);
 
   fs::path folder_;
 };
@@ -73,12 +76,12 @@ std::map<TileId, Tile> decodeAll(const std::string& directory) {
   return out;
 }
 
-FunctionSource islands(uint64_t seed) {
+FunctionSource islands(uint64_t seed, double heightStep = 0.1, double maxErrorMeters = 0.05) {
   const auto height = [seed](int64_t x, int64_t y) {
     return noiseAt(x / 40, y / 40, seed) < 0.2 || noiseAt(x, y, seed + 1) < 0.01 ? kNone
                                                                                  : roughGround(x, y, seed);
   };
-  return FunctionSource({{2, 0, 0, 700, 900, height}}, 0.1, 0.05);
+  return FunctionSource({{2, 0, 0, 700, 900, height}}, heightStep, maxErrorMeters);
 }
 
 TEST_F(BuildTest, KeepsEverySampleWithinTheStatedError) {
@@ -128,8 +131,70 @@ TEST_F(BuildTest, SharedSamplesAreEqualBitForBitOverTilesAndLevels) {
   }
 }
 
-TEST_F(BuildTest, TheArchiveDoesNotDependOnThreadsOrMemory) {
-  const FunctionSource source = islands(7);
+TEST_F(BuildTest, LeavesToInterpolationWhatThatKeepsWithinTheBound) {
+  for (uint64_t seed = 1; seed <= 3; ++seed) {
+    constexpr double kBound = 10.0;
+    const FunctionSource source = islands(seed, 12.5, kBound);
+    const auto report = build(source, "a.terrane", 2, seed > 1);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    SilentProgress progress;
+    const auto verified = verifyDataset(path("a.terrane"), {}, progress);
+    ASSERT_TRUE(verified.ok()) << verified.error().message;
+    ASSERT_EQ(verified->faultCount, 0U) << verified->faults[0];
+
+    const auto tiles = decodeAll(path("a.terrane"));
+    auto reader = source.openReader();
+    std::vector<float> heights(kTileSampleCount);
+    std::vector<uint16_t> ranks(kTileSampleCount);
+    std::array<int, 3> interpolated{}, coded{};
+    std::map<std::pair<int64_t, int64_t>, std::pair<float, SampleState>> known;
+    for (const auto& [id, tile] : tiles) {
+      const int shift = 2 - id.level;
+      if (shift == 0) {
+        ASSERT_TRUE((*reader)->readTile(id, heights, ranks).ok());
+      }
+      for (int y = 0; y < kTileSamples; ++y) {
+        for (int x = 0; x < kTileSamples; ++x) {
+          const auto i = static_cast<size_t>(y * kTileSamples + x);
+          const SampleState state = tile.samples.states[i];
+          ++(state == SampleState::Interpolated ? interpolated : coded)[static_cast<size_t>(id.level)];
+          // The same height and state in every tile and level.
+          const auto place =
+              std::pair((int64_t{id.col} * 256 + x) << shift, (int64_t{id.row} * 256 + y) << shift);
+          const auto [at, isNew] = known.emplace(place, std::pair(tile.samples.heights[i], state));
+          ASSERT_EQ(at->second, std::pair(tile.samples.heights[i], state))
+              << toString(id) << " " << x << " " << y;
+          if (shift > 0) continue;
+          ASSERT_EQ(std::isnan(heights[i]), state == SampleState::Void);
+          if (state != SampleState::Void) {
+            ASSERT_LE(
+                std::abs(static_cast<double>(heights[i]) - static_cast<double>(tile.samples.heights[i])),
+                kBound);
+          }
+        }
+      }
+    }
+    // On the finest level much is left out, and on those above some.
+    EXPECT_GT(interpolated[2], coded[2] / 3);
+    EXPECT_GT(interpolated[1], 1000);
+    EXPECT_GT(interpolated[0], 100);
+    EXPECT_GT(coded[2], 100000);
+  }
+}
+
+TEST_F(BuildTest, ABoundLetsSmoothGroundGoWithoutItsFinestTiles) {
+  const auto swell = [](int64_t x, int64_t y) {
+    return static_cast<float>(100.0 * std::sin(static_cast<double>(x) / 300.0) +
+                              50.0 * std::cos(static_cast<double>(y) / 200.0));
+  };
+  const FunctionSource source({{3, 0, 0, 2048, 2048, swell}}, 2.5, 2.0);
+  ASSERT_TRUE(build(source, "a.terrane").ok());
+  const auto tiles = decodeAll(path("a.terrane"));
+  EXPECT_LT(tiles.size(), 1U + 4U + 16U + 64U);
+  for (const auto& [id, tile] : tiles) EXPECT_EQ(tile.samples.coverage.kind, Coverage::Kind::Full);
+}
+
+void BuildTest::sameWithAnyThreadsAndMemory(const Source& source) {
   ASSERT_TRUE(build(source, "one.terrane", 1).ok());
   ASSERT_TRUE(build(source, "three.terrane", 3).ok());
   BuildOptions options;
@@ -141,6 +206,14 @@ TEST_F(BuildTest, TheArchiveDoesNotDependOnThreadsOrMemory) {
   EXPECT_GT(bytes.size(), 1000U);
   EXPECT_EQ(bytes, bytesOf(path("three.terrane/elevation.pmtiles")));
   EXPECT_EQ(bytes, bytesOf(path("small.terrane/elevation.pmtiles")));
+}
+
+TEST_F(BuildTest, TheArchiveDoesNotDependOnThreadsOrMemory) {
+  for (const FunctionSource& source : {islands(7), islands(8, 12.5, 10.0)}) {
+    sameWithAnyThreadsAndMemory(source);
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
 }
 
 TEST_F(BuildTest, FlatSeaCostsNothing) {

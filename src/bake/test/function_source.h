@@ -50,6 +50,7 @@ class FunctionSource final : public Source {
     plan_.crsName = "test";
     plan_.heightStep = heightStep;
     plan_.maxErrorMeters = maxErrorMeters;
+    plan_.interpolates = levels_.size() == 1 && maxErrorMeters > 0.0;
   }
 
   const SourcePlan& plan() const override { return plan_; }

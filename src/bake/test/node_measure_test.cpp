@@ -29,7 +29,7 @@ struct MadePyramid {
     scale.errorUnit = scale.heightStep / 64.0;
     scale.rangeBase = -1000.0;
     scale.rangeUnit = 0.1;
-    const auto raw = readRawTiles(source, scale, pyramid, ranks, workers, progress);
+    const auto raw = readRawTiles(source, scale, pyramid, ranks, nullptr, workers, progress);
     EXPECT_TRUE(raw.ok());
     EXPECT_TRUE(fillTiles(source, pyramid, ranks, 1000.0F, workers, progress).ok());
     EXPECT_TRUE(coverTiles(pyramid, workers).ok());

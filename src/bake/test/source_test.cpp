@@ -415,6 +415,25 @@ TEST(Source, ChoosesTheHeightStep) {
   const auto bounded = open(options);
   ASSERT_TRUE(bounded);
   EXPECT_EQ(bounded->plan().maxErrorMeters, 3.0);
+  EXPECT_EQ(bounded->plan().heightStep, 1.25 * 3.0);
+  EXPECT_TRUE(bounded->plan().interpolates);
+
+  // The less a bound allows, the nearer its double is the step; samples of several levels are all coded.
+  options.maxErrorMeters = 1.5;
+  EXPECT_EQ(open(options)->plan().heightStep, 1.5 * 1.5);
+  options.maxErrorMeters = 0.5;
+  EXPECT_NEAR(open(options)->plan().heightStep, 1.0, 0.02);
+  EXPECT_TRUE(open(options)->plan().interpolates);
+  options.maxErrorMeters = 0.09;
+  EXPECT_FALSE(open(options)->plan().interpolates);
+  writeRaster(folder / "coarse.tif",
+              {.type = GDT_Int16, .geoTransform = {499990.0, 20.0, 0.0, 5000010.0, 0.0, -20.0}});
+  options = from({folder / "int.tif", folder / "coarse.tif"});
+  options.maxErrorMeters = 3.0;
+  const auto mixed = open(options);
+  ASSERT_TRUE(mixed);
+  EXPECT_FALSE(mixed->plan().interpolates);
+  EXPECT_NEAR(mixed->plan().heightStep, 6.0, 0.1);
 
   options = from({folder / "float.tif"});
   options.lossless = true;

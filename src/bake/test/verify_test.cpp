@@ -40,9 +40,12 @@ class VerifyTest : public ::testing::Test {
                                               : roughGround(x, y, 1);
     };
     const auto coarse = [](int64_t x, int64_t y) { return roughGround(2 * x, 2 * y, 2); };
-    const FunctionSource source({{1, 0, 0, 300, 250, coarse}, {2, 100, 100, 620, 500, height}}, 0.1, 0.05);
+    buildFrom(FunctionSource({{1, 0, 0, 300, 250, coarse}, {2, 100, 100, 620, 500, height}}, 0.1, 0.05));
+  }
+  void buildFrom(const FunctionSource& source) {
     BuildOptions options;
     options.output = directory_;
+    options.overwrite = true;
     SilentProgress progress;
     const auto report = buildDataset(source, options, progress);
     ASSERT_TRUE(report.ok()) << report.error().message;
@@ -157,6 +160,24 @@ TEST_F(VerifyTest, SeesABorderThatDiffers) {
     }
   });
   expectFault("border differ");
+}
+
+TEST_F(VerifyTest, SeesACodedSampleWithAnInterpolatedParent) {
+  const auto hills = [](int64_t x, int64_t y) { return roughGround(x, y, 1); };
+  buildFrom(FunctionSource({{1, 0, 0, 500, 500, hills}}, 12.5, 10.0));
+  rewrite({1, 0, 0}, [](Tile& tile) {
+    // A quad-centre that is interpolated, and an edge-centre beside it that no longer is.
+    for (size_t y = 1; y < kTileSamples; y += 2) {
+      for (size_t x = 1; x < kTileSamples - 2; x += 2) {
+        const size_t at = y * kTileSamples + x;
+        if (tile.samples.states[at] != SampleState::Interpolated) continue;
+        tile.samples.states[at + 1] = SampleState::Coded;
+        tile.samples.heights[at + 1] = 125.0F;
+        return;
+      }
+    }
+  });
+  expectFault("an interpolated parent");
 }
 
 TEST_F(VerifyTest, SeesAnErrorThatIsTooSmall) {

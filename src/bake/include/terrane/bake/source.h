@@ -35,6 +35,7 @@ struct SourcePlan {
   double heightStep = 1.0;
   double heightOffset = 0.0;
   double maxErrorMeters = 0.0;  ///< 0: lossless
+  bool interpolates = false;    ///< samples are left to interpolation where that keeps within the error
   std::string verticalDatum;
   std::vector<InputRecord> inputs;
 };
