@@ -26,10 +26,14 @@ constexpr int kNodeClasses = 6;
 class Drift {
  public:
   int value() const { return (sixteenths_ + 8) >> 4; }
-  void follow(int excess) { sixteenths_ += (16 * excess - sixteenths_) / 4; }
+  void follow(int excess) {
+    sixteenths_ = isFirst_ ? 16 * excess : sixteenths_ + (16 * excess - sixteenths_) / 4;
+    isFirst_ = false;
+  }
 
  private:
   int sixteenths_ = 0;
+  bool isFirst_ = true;
 };
 
 int16_t rangeDifference(uint16_t expected, uint16_t code) {
@@ -41,7 +45,10 @@ int16_t rangeDifference(uint16_t expected, uint16_t code) {
 class NodeWalk {
  public:
   NodeWalk(const Tile& tile, TileNodes& nodes, const ElevationScale& scale, bool isRoot)
-      : nodes_(nodes), isRoot_(isRoot), ranges_(tile, nodes, scale, isRoot) {}
+      : nodes_(nodes),
+        isRoot_(isRoot),
+        ranges_(tile, nodes, scale, isRoot),
+        leastError_(scale.codeFromError(scale.sampleError)) {}
 
   /// visit(class, expected, code): `code` is read or set before the next one is expected.
   template <class VisitError, class VisitRange>
@@ -57,35 +64,22 @@ class NodeWalk {
           const int expected = level < finest ? ofChildren(k, level, x, y)
                                : isLarge      ? ofSmaller(k, level, x, y)
                                               : ofNeighbours(level, x, y);
-          Drift& drift = errorDrifts_[static_cast<size_t>(of)];
           uint8_t& code = error(k, level, x, y);
+          Drift& drift = errorDrifts_[static_cast<size_t>(of)];
           visitError(of, expected + drift.value(), code);
-          drift.follow(code - expected);
+          if (of != NodeClass::FinestError) drift.follow(code - expected);
         });
       }
     }
     for (int level = kNodeLevels - 1; level >= firstNodeLevel(isRoot_); --level) {
       const bool isFinest = level == kNodeLevels - 1;
-      Drift lowDrift;
-      Drift highDrift;
       visitPlaces(level, [&](int x, int y) {
         const auto i = static_cast<size_t>(nodeIndex(level, x, y, isRoot_));
         const bool isBorder = x == 0 || y == 0 || x == kTileCells || y == kTileCells;
         const NodeClass of = isFinest   ? NodeClass::FinestRange
                              : isBorder ? NodeClass::BorderRange
                                         : NodeClass::InnerRange;
-        const RangePredictor::Range expected = ranges_.expect({level, x, y});
-        const bool hasRange = isFinest && expected.low <= expected.high;
-        RangePredictor::Range drifted = expected;
-        if (hasRange) {
-          drifted.low = static_cast<uint16_t>(expected.low + lowDrift.value());
-          drifted.high = static_cast<uint16_t>(expected.high + highDrift.value());
-        }
-        visitRange(of, drifted, nodes_.low[i], nodes_.high[i]);
-        if (hasRange) {
-          lowDrift.follow(rangeDifference(expected.low, nodes_.low[i]));
-          highDrift.follow(rangeDifference(expected.high, nodes_.high[i]));
-        }
+        visitRange(of, ranges_.expect({level, x, y}), nodes_.low[i], nodes_.high[i]);
       });
     }
   }
@@ -116,7 +110,7 @@ class NodeWalk {
     const auto at = [&](int dx, int dy) { return int{error(kNodeGrid.k, level, x - dx, y - dy)}; };
     const bool hasWest = x > step;
     const bool hasNorth = y > step;
-    if (!hasWest && !hasNorth) return 0;
+    if (!hasWest && !hasNorth) return leastError_;
     if (!hasWest) return at(0, step);
     if (!hasNorth) return at(step, 0);
     const int west = at(step, 0);
@@ -148,6 +142,7 @@ class NodeWalk {
   TileNodes& nodes_;
   bool isRoot_;
   RangePredictor ranges_;
+  int leastError_;
   std::array<Drift, 3> errorDrifts_;
 };
 

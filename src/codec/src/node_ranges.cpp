@@ -72,7 +72,8 @@ RangePredictor::Range RangePredictor::ofSamples(const NodePlace& quad) const {
     }
   }
   if (low > high) return {};
-  return {scale_.lowCode(static_cast<double>(low)), scale_.highCode(static_cast<double>(high))};
+  return {scale_.lowCode(static_cast<double>(low) - scale_.sampleError),
+          scale_.highCode(static_cast<double>(high) + scale_.sampleError)};
 }
 
 RangePredictor::Range RangePredictor::ofChildren(const NodePlace& place) const {

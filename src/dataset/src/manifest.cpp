@@ -199,6 +199,7 @@ void readElevation(const MemberReader& members, Manifest& manifest) {
   json.read("minHeight", manifest.minHeight, -1e9, 1e9);
   json.read("maxHeight", manifest.maxHeight, manifest.minHeight, 1e9);
   json.read("maxErrorMeters", manifest.maxErrorMeters, 0.0, 1e9);
+  scale.sampleError = manifest.maxErrorMeters;
   json.readInteger("tileCount", manifest.tileCount, 0, kLargestInteger);
   json.read("coveredCells", manifest.coveredCells, 0.0, 1e18);
 }

@@ -82,6 +82,7 @@ struct ElevationScale {
   double errorUnit = 1.0;     ///< metres; error code 0 is 0 m, code c > 0 is errorUnit * 2^((c - 1) / 8)
   double rangeBase = 0.0;     ///< metres; range code c is rangeBase + c * rangeUnit
   double rangeUnit = 1.0;     ///< metres
+  double sampleError = 0.0;   ///< metres; how far samples may be off the source, part of every node's codes
 
   /// The height of q; the same float on every machine.
   float heightFromInteger(int64_t q) const {
