@@ -61,7 +61,15 @@ info = json.load(sys.stdin)
 print(repr(info["spacing_x"] * info["meters_per_unit"] * float(sys.argv[1])))' "$2"
 }
 
-mkdir -p "$bench_data"
+names=" ${files[*]%%=*} "
+for name in "$@"; do
+  if [[ $names != *" $name "* ]]; then
+    echo "there is no input called \"$name\"; there are:$names" >&2
+    exit 2
+  fi
+done
+
+mkdir -p "$bench_data/codec"
 arguments=()
 wanted=" $* "
 for entry in "${files[@]}"; do
@@ -74,7 +82,6 @@ for entry in "${files[@]}"; do
   fi
   echo "Building $name" >&2
   input=$(input_of "$name" "$file")
-  mkdir -p "$bench_data/codec"
   lossless=$bench_data/codec/$name.terrane
   build_one "$input" "$lossless"
   arguments+=("$input" "$lossless")
@@ -84,7 +91,7 @@ for entry in "${files[@]}"; do
   done
 done
 if ((${#arguments[@]} == 0)); then
-  echo "there is no input called$wanted; there are: ${files[*]%%=*}" >&2
+  echo "none of the inputs is here" >&2
   exit 1
 fi
 exec build/release/bin/measure_codec build/bench/codec.json build/bench/codec_others.json "${arguments[@]}"

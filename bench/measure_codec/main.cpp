@@ -101,6 +101,19 @@ Result<DecodeSpeeds> measureDecoding(const StoredPyramid& pyramid, const std::ve
   return speeds;
 }
 
+/// Bytes of the masks that tell void from ground, by the codec that is best at them. The others' sizes leave
+/// them out, ours holds its own.
+Result<uint64_t> smallestMasks(const std::vector<SourceTile>& source, nlohmann::json& cache) {
+  const std::vector<TileContent> masks = voidMasks(source);
+  if (masks.empty()) return uint64_t{0};
+  TERRANE_ASSIGN(const OtherSizes sizes, measureSizes(masks, cache));
+  uint64_t smallest = UINT64_MAX;
+  for (const uint64_t bytes : sizes.bytes) {
+    if (bytes > 0) smallest = std::min(smallest, bytes);
+  }
+  return smallest;
+}
+
 Result<Outcome> measureSetting(const std::string& name, size_t index, const StoredPyramid& pyramid,
                                const std::vector<SourceTile>& source, BenchResult& result,
                                nlohmann::json& cache) {
@@ -120,6 +133,7 @@ Result<Outcome> measureSetting(const std::string& name, size_t index, const Stor
   }
   TERRANE_ASSIGN(const BoundCheck check, pyramid.check(source));
   TERRANE_ASSIGN(const OtherSizes sizes, measureSizes(tiles, cache));
+  TERRANE_ASSIGN(const uint64_t maskBytes, smallestMasks(source, cache));
   TERRANE_ASSIGN(const DecodeSpeeds speeds, measureDecoding(pyramid, tiles, sizes));
 
   const auto codecs = makeOtherCodecs();
@@ -155,6 +169,7 @@ Result<Outcome> measureSetting(const std::string& name, size_t index, const Stor
     row[column] =
         sizes.bytes[i] == 0 ? nlohmann::ordered_json() : nlohmann::ordered_json(bits(sizes.bytes[i]));
   }
+  row["void_mask"] = bits(maskBytes);
   row["to_jxl"] = ratio(outcome.jxl);
   row["to_best"] = ratio(outcome.best);
   row["best"] = best;

@@ -77,4 +77,16 @@ TileContent contentOf(const SourceTile& tile, const ElevationScale& scale, doubl
   return content;
 }
 
+std::vector<TileContent> voidMasks(const std::vector<SourceTile>& tiles) {
+  std::vector<TileContent> masks;
+  for (const SourceTile& tile : tiles) {
+    TileContent mask;
+    mask.cols = mask.rows = kTileSamples;
+    mask.heights = tile.heights;
+    for (const float height : tile.heights) mask.integers.push_back(std::isnan(height) ? 0 : 1);
+    if (mask.range() > 0) masks.push_back(std::move(mask));
+  }
+  return masks;
+}
+
 }  // namespace terrane

@@ -25,4 +25,7 @@ Result<std::vector<SourceTile>> readSourceTiles(const std::string& input, const 
 /// to multiples of twice the bound.
 TileContent contentOf(const SourceTile& tile, const ElevationScale& scale, double boundMeters);
 
+/// Where there is ground, as integers 1 and 0; for each tile that has both.
+std::vector<TileContent> voidMasks(const std::vector<SourceTile>& tiles);
+
 }  // namespace terrane

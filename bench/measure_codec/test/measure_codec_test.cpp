@@ -93,6 +93,17 @@ TEST(ContentOf, FillsVoidsAndRoundsWithinTheBound) {
     ASSERT_LE(std::abs(bounded.integers[i] * 4.0 - bounded.heights[i]), 2.0);
 }
 
+TEST(VoidMasks, AreMadeWhereBothVoidAndGroundAre) {
+  SourceTile whole;
+  whole.heights.assign(kTileSampleCount, 5.0F);
+  SourceTile holed = whole;
+  holed.heights[77] = std::nanf("");
+  const std::vector<TileContent> masks = voidMasks({whole, holed});
+  ASSERT_EQ(masks.size(), 1U);
+  EXPECT_EQ(masks[0].integers[77], 0);
+  EXPECT_EQ(masks[0].integers[78], 1);
+}
+
 /// A small made-up raster and the dataset that a build makes of it.
 class StoredPyramidTest : public testing::Test {
  protected:
