@@ -47,8 +47,10 @@ void chooseCodeUnits(const HeightRange& range, double maxErrorMeters, int finest
   // Ranges a little wider than the ground's, so that rounding cannot push a height out.
   const double slack = 1e-6 * (1.0 + std::abs(range.low) + std::abs(range.high));
   scale.rangeBase = range.low - maxErrorMeters - slack;
-  // 2047 of the 65535 codes: a height range need not be finer, and its lowest bits would cost bytes.
-  scale.rangeUnit = (range.high - range.low + 2.0 * (maxErrorMeters + slack)) / 2047.0;
+  // 2047 of the 65535 codes, and none finer than the heights' own step: a height range need not be finer, and
+  // its lowest bits would cost bytes.
+  scale.rangeUnit =
+      std::max(scale.heightStep, (range.high - range.low + 2.0 * (maxErrorMeters + slack)) / 2047.0);
 }
 
 /// Turns tiles into payloads, each worker with a parent at hand.
