@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "byte_streams.h"
+#include "coverage_coding.h"
 #include "node_coding.h"
 #include "parent_samples.h"
 #include "sample_coding.h"
@@ -35,22 +36,6 @@ uint8_t byteOfStates(const OwnStates& states) {
 Result<OwnStates> statesOfByte(uint8_t byte, size_t offset) {
   if (byte >= 16 || (byte & 7) == 0) return makeError("byte {}: unknown states {:#x}", offset, byte);
   return OwnStates{(byte & 1) != 0, (byte & 2) != 0, (byte & 4) != 0, (byte & 8) != 0};
-}
-
-/// Which cells have four corners that are ground.
-std::vector<uint8_t> coverageFromCorners(const std::vector<SampleState>& states) {
-  std::vector<uint8_t> bits(Coverage::kBytes, 0);
-  for (int row = 0; row < kTileCells; ++row) {
-    const SampleState* north = states.data() + row * kTileSamples;
-    const SampleState* south = north + kTileSamples;
-    for (int col = 0; col < kTileCells; ++col) {
-      const bool ground = std::min(std::min(north[col], north[col + 1]),
-                                   std::min(south[col], south[col + 1])) != SampleState::Void;
-      const int cell = row * kTileCells + col;
-      bits[static_cast<size_t>(cell >> 3)] |= static_cast<uint8_t>((ground ? 1U : 0U) << (cell & 7));
-    }
-  }
-  return bits;
 }
 
 void writeChildren(const std::array<ChildSummary, 4>& children, ByteWriter& out) {
@@ -177,27 +162,6 @@ void writeCorners(const TileSamples& samples, const ElevationScale& scale, ByteW
   }
 }
 
-Status readCoverage(ByteReader& in, CoverageMode mode, TileSamples& samples) {
-  Coverage& coverage = samples.coverage;
-  coverage = {};
-  switch (mode) {
-    case CoverageMode::None:
-      return {};
-    case CoverageMode::Full:
-      coverage.kind = Coverage::Kind::Full;
-      return {};
-    case CoverageMode::FromCorners:
-      coverage.kind = Coverage::Kind::Partial;
-      coverage.bits = coverageFromCorners(samples.states);
-      return {};
-    case CoverageMode::Bitmap:
-      break;
-  }
-  coverage.kind = Coverage::Kind::Partial;
-  coverage.bits.resize(Coverage::kBytes);
-  return in.section(coverage.bits);
-}
-
 }  // namespace
 
 std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int quadrant,
@@ -217,12 +181,7 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
   if (isRoot) writeCorners(tile.samples, scale, head);
   std::vector<uint8_t> out = head.take();
   for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) encodeLevel(tile.samples, s, states, scale, out);
-  if (coverageMode == CoverageMode::Bitmap) {
-    ByteWriter coverage;
-    coverage.section(tile.samples.coverage.bits);
-    const std::vector<uint8_t> bytes = coverage.take();
-    out.insert(out.end(), bytes.begin(), bytes.end());
-  }
+  if (coverageMode == CoverageMode::Bitmap) encodeCoverage(tile.samples, out);
   encodeNodes(tile, scale, isRoot, out);
   return out;
 }
@@ -270,7 +229,15 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
     TERRANE_TRY(in.skip(*used));
   }
 
-  TERRANE_TRY(readCoverage(in, coverageMode, tile.samples));
+  tile.samples.coverage = {};
+  if (coverageMode == CoverageMode::Full) tile.samples.coverage.kind = Coverage::Kind::Full;
+  if (coverageMode == CoverageMode::FromCorners)
+    tile.samples.coverage = {Coverage::Kind::Partial, coverageFromCorners(tile.samples.states)};
+  if (coverageMode == CoverageMode::Bitmap) {
+    const auto used = decodeCoverage(payload.subspan(in.offset()), tile.samples);
+    if (!used.ok()) return makeError("at byte {}: {}", in.offset(), used.error().message);
+    TERRANE_TRY(in.skip(*used));
+  }
   const auto used = decodeNodes(payload.subspan(in.offset()), scale, isRoot, tile);
   if (!used.ok()) return makeError("at byte {}: {}", in.offset(), used.error().message);
   TERRANE_TRY(in.skip(*used));

@@ -15,7 +15,7 @@ namespace {
 enum class NodeClass : uint8_t {
   FinestError,
   CoarserError,
-  LargeError,
+  FinestLargeError,
   FinestRange,
   InnerRange,
   BorderRange
@@ -40,8 +40,8 @@ int16_t rangeDifference(uint16_t expected, uint16_t code) {
   return static_cast<int16_t>(static_cast<uint16_t>(code - expected));
 }
 
-/// Walks all codes in the payload's order and hands each on with what is expected of it: errors of K = 17
-/// and of each larger K, then the ranges, each from the finest node level up.
+/// Walks all codes in the payload's order and hands each on with what is expected of it: the ranges, then the
+/// errors of K = 17 and of each larger K, each from the finest node level up.
 class NodeWalk {
  public:
   NodeWalk(const Tile& tile, TileNodes& nodes, const ElevationScale& scale, bool isRoot)
@@ -53,24 +53,6 @@ class NodeWalk {
   /// visit(class, expected, code): `code` is read or set before the next one is expected.
   template <class VisitError, class VisitRange>
   void walk(VisitError&& visitError, VisitRange&& visitRange) {
-    for (int k = kNodeGrid.k; k <= PatchGrid::kLargest; ++k) {
-      const int finest = finestLevel(k);
-      for (int level = finest; level >= coarsestLevel(k); --level) {
-        visitPlaces(level, [&](int x, int y) {
-          const bool isLarge = k > kNodeGrid.k;
-          const NodeClass of = isLarge           ? NodeClass::LargeError
-                               : level == finest ? NodeClass::FinestError
-                                                 : NodeClass::CoarserError;
-          const int expected = level < finest ? ofChildren(k, level, x, y)
-                               : isLarge      ? ofSmaller(k, level, x, y)
-                                              : ofNeighbours(level, x, y);
-          uint8_t& code = error(k, level, x, y);
-          Drift& drift = errorDrifts_[static_cast<size_t>(of)];
-          visitError(of, expected + drift.value(), code);
-          if (of != NodeClass::FinestError) drift.follow(code - expected);
-        });
-      }
-    }
     for (int level = kNodeLevels - 1; level >= firstNodeLevel(isRoot_); --level) {
       const bool isFinest = level == kNodeLevels - 1;
       visitPlaces(level, [&](int x, int y) {
@@ -81,6 +63,28 @@ class NodeWalk {
                                         : NodeClass::InnerRange;
         visitRange(of, ranges_.expect({level, x, y}), nodes_.low[i], nodes_.high[i]);
       });
+    }
+    for (int k = kNodeGrid.k; k <= PatchGrid::kLargest; ++k) {
+      const int finest = finestLevel(k);
+      for (int level = finest; level >= coarsestLevel(k); --level) {
+        // What a level exceeds its expectation by, its neighbours do as well.
+        Drift drift;
+        visitPlaces(level, [&](int x, int y) {
+          uint8_t& code = error(k, level, x, y);
+          if (level == finest) {
+            const bool isLarge = k > kNodeGrid.k;
+            visitError(isLarge ? NodeClass::FinestLargeError : NodeClass::FinestError,
+                       isLarge ? std::max(ofSmaller(k, level, x, y), leastError_) : ofNeighbours(level, x, y),
+                       code);
+          } else if (k == kNodeGrid.k && isVoid(level, x, y)) {
+            visitError(NodeClass::CoarserError, 0, code);
+          } else {
+            const int base = ofParts(k, level, x, y);
+            visitError(NodeClass::CoarserError, base + drift.value(), code);
+            drift.follow(code - base);
+          }
+        });
+      }
     }
   }
 
@@ -104,29 +108,38 @@ class NodeWalk {
     }
   }
 
+  bool isVoid(int level, int x, int y) const {
+    const auto i = static_cast<size_t>(nodeIndex(level, x, y, isRoot_));
+    return nodes_.low[i] > nodes_.high[i];
+  }
+
   /// Of a quad-centre of the finest level: what its neighbours to the north and west suggest.
   int ofNeighbours(int level, int x, int y) {
+    if (isVoid(level, x, y)) return 0;
     const int step = 2 * nodeHalfSize(level);
-    const auto at = [&](int dx, int dy) { return int{error(kNodeGrid.k, level, x - dx, y - dy)}; };
-    const bool hasWest = x > step;
-    const bool hasNorth = y > step;
-    if (!hasWest && !hasNorth) return leastError_;
-    if (!hasWest) return at(0, step);
-    if (!hasNorth) return at(step, 0);
-    const int west = at(step, 0);
-    const int north = at(0, step);
-    return (2 * (west + north) + (west + north - at(step, step)) +
-            (x + step < kTileCells ? at(-step, step) : north) + 3) /
-           6;
+    int sum = 0;
+    int weights = 0;
+    const auto add = [&](int dx, int dy, int weight) {
+      const bool isInside = x + dx > 0 && x + dx < kTileCells && y + dy > 0;
+      if (!isInside || isVoid(level, x + dx, y + dy)) return;
+      sum += weight * error(kNodeGrid.k, level, x + dx, y + dy);
+      weights += weight;
+    };
+    add(-step, 0, 3);
+    add(0, -step, 3);
+    add(-step, -step, 1);
+    add(step, -step, 1);
+    return weights > 0 ? (sum + weights / 2) / weights : leastError_;
   }
-  /// Errors are strictly saturated.
-  int ofChildren(int k, int level, int x, int y) {
+  /// Errors are strictly saturated, and a larger patch is four of the next smaller K.
+  int ofParts(int k, int level, int x, int y) {
     int most = 0;
     for (const Diamond& child : Lattice(0).children({x, y, level}))
       most = std::max<int>(most, error(k, child.level, static_cast<int>(child.x), static_cast<int>(child.y)));
-    return std::min(most + 1, 255);
+    most += most > 0 ? 1 : 0;
+    if (k > kNodeGrid.k) most = std::max(most, ofSmaller(k, level, x, y));
+    return std::min(most, 255);
   }
-  /// A larger patch is four of the next smaller K.
   int ofSmaller(int k, int level, int x, int y) {
     const int half = nodeHalfSize(level) / 2;
     const auto at = [&](int dx, int dy) {
@@ -143,7 +156,6 @@ class NodeWalk {
   bool isRoot_;
   RangePredictor ranges_;
   int leastError_;
-  std::array<Drift, 3> errorDrifts_;
 };
 
 }  // namespace

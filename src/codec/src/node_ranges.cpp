@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <limits>
 
 #include "terrane/tiling/lattice.h"
@@ -12,6 +13,21 @@ namespace {
 constexpr int kBlockCells = 8;
 constexpr int kBlocks = kTileCells / kBlockCells;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+void addAll(const float* __restrict heights, float* __restrict low, float* __restrict high) {
+  for (size_t x = 0; x < kTileSamples; ++x) {
+    low[x] = std::min(low[x], heights[x]);
+    high[x] = std::max(high[x], heights[x]);
+  }
+}
+void addGround(const float* __restrict heights, const SampleState* __restrict states, float* __restrict low,
+               float* __restrict high) {
+  for (size_t x = 0; x < kTileSamples; ++x) {
+    const bool isVoid = states[x] == SampleState::Void;
+    low[x] = std::min(low[x], isVoid ? kInfinity : heights[x]);
+    high[x] = std::max(high[x], isVoid ? -kInfinity : heights[x]);
+  }
+}
 
 }  // namespace
 
@@ -26,16 +42,18 @@ RangePredictor::RangePredictor(const Tile& tile, const TileNodes& nodes, const E
   // note: a block's border samples belong to the blocks on both sides.
   std::array<float, kTileSamples> rowLow;
   std::array<float, kTileSamples> rowHigh;
+  const std::vector<SampleState>& states = tile.samples.states;
+  const bool anyVoid =
+      std::memchr(states.data(), static_cast<int>(SampleState::Void), states.size()) != nullptr;
   for (int blockRow = 0; blockRow < kBlocks; ++blockRow) {
     rowLow.fill(kInfinity);
     rowHigh.fill(-kInfinity);
     for (int y = blockRow * kBlockCells; y <= (blockRow + 1) * kBlockCells; ++y) {
       const float* heights = tile.samples.heights.data() + y * kTileSamples;
-      const SampleState* states = tile.samples.states.data() + y * kTileSamples;
-      for (size_t x = 0; x < kTileSamples; ++x) {
-        const bool isVoid = states[x] == SampleState::Void;
-        rowLow[x] = std::min(rowLow[x], isVoid ? kInfinity : heights[x]);
-        rowHigh[x] = std::max(rowHigh[x], isVoid ? -kInfinity : heights[x]);
+      if (anyVoid) {
+        addGround(heights, states.data() + y * kTileSamples, rowLow.data(), rowHigh.data());
+      } else {
+        addAll(heights, rowLow.data(), rowHigh.data());
       }
     }
     for (int blockCol = 0; blockCol < kBlocks; ++blockCol) {

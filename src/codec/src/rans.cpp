@@ -5,6 +5,10 @@
 #include <cmath>
 #include <memory>
 
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
 #include "byte_streams.h"
 #include "terrane/base/check.h"
 
@@ -12,7 +16,8 @@ namespace terrane {
 namespace {
 
 constexpr uint32_t kLowestState = 1U << 16;
-constexpr int kLanes = 4;
+/// From about how many bits on a segment has many lanes.
+constexpr size_t kManyBits = 20000;
 
 /// e^(-1 / (2 s)) for s = 2^(i / 4 - 4) / (2 ln 2): what a logistic distribution of that mean size loses in
 /// half a step. Given as numbers so that no machine's exp() matters.
@@ -76,7 +81,8 @@ void fillTable(std::span<const double> shares, TokenTable& table) {
     table.start[t] = static_cast<uint16_t>(slot);
     table.bits[t] = static_cast<float>(kProbabilityBits - std::log2(table.frequency[t]));
     for (uint32_t i = 0; i < table.frequency[t]; ++i, ++slot)
-      table.slots[slot] = static_cast<uint32_t>(t) | static_cast<uint32_t>(table.frequency[t]) << 8 | i << 20;
+      table.slots[slot] = static_cast<uint32_t>(t) | (t + 1 == shares.size() ? 0x80U : 0U) |
+                          static_cast<uint32_t>(table.frequency[t]) << 8 | i << 20;
   }
 }
 
@@ -98,6 +104,12 @@ std::unique_ptr<const SpreadTables> makeTables() {
     }
     shares.push_back(std::max(left, 0.0));
     fillTable(shares, tables->tables[i]);
+  }
+  for (size_t spread = 0; spread < tables->bySpread.size(); ++spread) {
+    const size_t first = static_cast<size_t>(kFirstShiftedSpread);
+    const TokenTable& table = tables->tables[spread < first ? spread : first + (spread - first) % 4];
+    tables->bySpread[spread] = &table;
+    tables->slotsOfSpread[spread] = static_cast<int32_t>(table.slots.data() - tables->tables[0].slots.data());
   }
   double odds = 1.0;  // 2^(|i - 24| / 2)
   for (int distance = 0; distance <= kOddsSteps / 2; ++distance) {
@@ -191,13 +203,17 @@ void SegmentWriter::plainNumber(int32_t value) {
 
 void SegmentWriter::finish(std::vector<uint8_t>& out) {
   // rANS writes backwards: the last symbol first.
-  std::array<uint32_t, kLanes> states;
+  size_t bits = 0;
+  for (const Symbol& symbol : symbols_) bits += kProbabilityBits + 1 - std::bit_width(symbol.frequency);
+  const bool isWide = bits >= kManyBits;
+  const size_t lanes = isWide ? kManyLanes : kFewLanes;
+  std::array<uint32_t, kManyLanes> states;
   states.fill(kLowestState);
   std::vector<uint16_t> words;
   words.reserve(symbols_.size() / 2);
   for (size_t i = symbols_.size(); i-- > 0;) {
     const Symbol symbol = symbols_[i];
-    uint32_t& state = states[i % kLanes];
+    uint32_t& state = states[i % lanes];
     if (state >= static_cast<uint32_t>(symbol.frequency) << (32 - kProbabilityBits)) {
       words.push_back(static_cast<uint16_t>(state));
       state >>= 16;
@@ -207,10 +223,8 @@ void SegmentWriter::finish(std::vector<uint8_t>& out) {
 
   ByteWriter bytes;
   const bool isEmpty = symbols_.empty();
-  bytes.varint(isEmpty ? 0 : words.size() + 2 * kLanes);
-  if (!isEmpty) {
-    for (const uint32_t state : states) bytes.uint32(state);
-  }
+  bytes.varint(isEmpty ? 0 : 2 * (words.size() + 2 * lanes) + (isWide ? 1 : 0));
+  for (size_t lane = 0; lane < lanes && !isEmpty; ++lane) bytes.uint32(states[lane]);
   for (size_t i = words.size(); i-- > 0;) bytes.uint16(words[i]);
   if (bitCount_ > 0) plain(0, 8 - bitCount_);
   bytes.varint(bytes_.size());
@@ -227,16 +241,16 @@ void SegmentWriter::finish(std::vector<uint8_t>& out) {
 Result<SegmentReader> SegmentReader::open(std::span<const uint8_t> bytes, size_t& used) {
   ByteReader in(bytes);
   SegmentReader reader;
-  TERRANE_ASSIGN(const uint64_t words, in.varint(bytes.size() / 2));
-  if (words != 0 && words < 2 * kLanes)
+  TERRANE_ASSIGN(const uint64_t head, in.varint(bytes.size()));
+  const uint64_t words = head / 2;
+  reader.lanes_ = (head & 1) != 0 ? kManyLanes : kFewLanes;
+  if (head != 0 && words < 2 * reader.lanes_)
     return makeError("byte {}: a segment of {} words", in.offset(), words);
-  for (uint32_t& state : reader.states_) {
-    state = kLowestState;
-    if (words > 0) {
-      TERRANE_ASSIGN(state, in.uint32());
-    }
+  reader.states_.fill(kLowestState);
+  for (size_t lane = 0; lane < reader.lanes_ && words > 0; ++lane) {
+    TERRANE_ASSIGN(reader.states_[lane], in.uint32());
   }
-  const size_t wordBytes = words > 0 ? 2 * (static_cast<size_t>(words) - 2 * kLanes) : 0;
+  const size_t wordBytes = words > 0 ? 2 * (static_cast<size_t>(words) - 2 * reader.lanes_) : 0;
   if (in.remaining() < wordBytes) return makeError("byte {}: the segment ends early", in.offset());
   reader.words_ = bytes.data() + in.offset();
   reader.wordsEnd_ = reader.words_ + wordBytes;
@@ -261,12 +275,130 @@ void SegmentReader::refill(uint32_t& state) {
   words_ += 2;
 }
 
+namespace {
+
+/// Decodes groups of eight numbers from `i` on, as long as whole groups and enough words are left; gives
+/// where it stopped. It also stops behind a group, told in `special`, of which some are not done with a
+/// token.
+int decodeGroupsAnywhere(const uint8_t* spreads, int i, int count, int32_t* values,
+                         std::array<uint32_t, kManyLanes>& states, const uint8_t*& words, const uint8_t* end,
+                         int& special) {
+  constexpr int kStep = static_cast<int>(kManyLanes);
+  const SpreadTables& tables = spreadTables();
+  for (; i + kStep <= count && end - words >= 2 * kStep; i += kStep) {
+    uint32_t isSpecial = 0;
+    for (size_t lane = 0; lane < kManyLanes; ++lane) {
+      const uint8_t spread = spreads[static_cast<size_t>(i) + lane];
+      uint32_t& state = states[lane];
+      const uint32_t entry = tables.bySpread[spread]->slots[state % kProbabilityOne];
+      state = (entry >> 8 & (kProbabilityOne - 1)) * (state >> kProbabilityBits) + (entry >> 20);
+      const bool isLow = state < kLowestState;
+      const auto word = static_cast<uint32_t>(words[0] | words[1] << 8);
+      state = isLow ? state << 16 | word : state;
+      words += isLow ? 2 : 0;
+      values[static_cast<size_t>(i) + lane] = unzigzag(entry & 0x7f);
+      isSpecial |= (entry & 0x80) | (spread >= kFirstShiftedSpread ? 1U : 0U);
+    }
+    if (isSpecial != 0) {
+      special = i;
+      return i + kStep;
+    }
+  }
+  return i;
+}
+
+#if defined(__x86_64__)
+/// Which word each lane takes, by which lanes take one: the first lane the first, and so on.
+using LanePermutations = std::array<std::array<uint8_t, kManyLanes>, 256>;
+const LanePermutations& lanePermutations() {
+  static const LanePermutations permutations = [] {
+    LanePermutations made{};
+    for (size_t mask = 0; mask < made.size(); ++mask) {
+      uint8_t next = 0;
+      for (size_t lane = 0; lane < kManyLanes; ++lane) {
+        if ((mask >> lane & 1) != 0) made[mask][lane] = next++;
+      }
+    }
+    return made;
+  }();
+  return permutations;
+}
+
+/// The same with AVX2.
+__attribute__((target("avx2,popcnt"))) int decodeGroupsAvx2(const uint8_t* spreads, int i, int count,
+                                                            int32_t* values,
+                                                            std::array<uint32_t, kManyLanes>& states,
+                                                            const uint8_t*& words, const uint8_t* end,
+                                                            int& special) {
+  constexpr int kStep = static_cast<int>(kManyLanes);
+  const SpreadTables& tables = spreadTables();
+  const auto* base = reinterpret_cast<const int*>(tables.tables[0].slots.data());
+  const LanePermutations& permutations = lanePermutations();
+  const __m256i slotMask = _mm256_set1_epi32(kProbabilityOne - 1);
+  const __m256i zero = _mm256_setzero_si256();
+  const __m256i one = _mm256_set1_epi32(1);
+  __m256i state = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(states.data()));
+  for (; i + kStep <= count && end - words >= 2 * kStep; i += kStep) {
+    const __m256i spread =
+        _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(spreads + i)));
+    const __m256i table = _mm256_i32gather_epi32(tables.slotsOfSpread.data(), spread, 4);
+    const __m256i slot = _mm256_add_epi32(table, _mm256_and_si256(state, slotMask));
+    const __m256i entry = _mm256_i32gather_epi32(base, slot, 4);
+    const __m256i frequency = _mm256_and_si256(_mm256_srli_epi32(entry, 8), slotMask);
+    state = _mm256_add_epi32(_mm256_mullo_epi32(frequency, _mm256_srli_epi32(state, kProbabilityBits)),
+                             _mm256_srli_epi32(entry, 20));
+
+    // Lanes whose state is low take the next words, in order.
+    const __m256i isLow = _mm256_cmpeq_epi32(_mm256_srli_epi32(state, 16), zero);
+    const auto mask = static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(isLow)));
+    const __m256i next = _mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(words)));
+    const __m256i order =
+        _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(permutations[mask].data())));
+    const __m256i refilled =
+        _mm256_or_si256(_mm256_slli_epi32(state, 16), _mm256_permutevar8x32_epi32(next, order));
+    state = _mm256_blendv_epi8(state, refilled, isLow);
+    words += 2 * std::popcount(mask);
+
+    const __m256i token = _mm256_and_si256(entry, _mm256_set1_epi32(0x7f));
+    const __m256i value =
+        _mm256_xor_si256(_mm256_srli_epi32(token, 1), _mm256_sub_epi32(zero, _mm256_and_si256(token, one)));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(values + i), value);
+    const __m256i isWide = _mm256_cmpgt_epi32(spread, _mm256_set1_epi32(kFirstShiftedSpread - 1));
+    const __m256i isSpecial = _mm256_or_si256(_mm256_and_si256(entry, _mm256_set1_epi32(0x80)), isWide);
+    if (_mm256_testz_si256(isSpecial, isSpecial) == 0) {
+      special = i;
+      i += kStep;
+      break;
+    }
+  }
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(states.data()), state);
+  return i;
+}
+#endif
+
+using DecodeGroups = decltype(&decodeGroupsAnywhere);
+DecodeGroups chooseDecodeGroups() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("popcnt") != 0) return decodeGroupsAvx2;
+#endif
+  return decodeGroupsAnywhere;
+}
+int decodeGroups(const uint8_t* spreads, int i, int count, int32_t* values,
+                 std::array<uint32_t, kManyLanes>& states, const uint8_t*& words, const uint8_t* end,
+                 int& special) {
+  static const DecodeGroups chosen = chooseDecodeGroups();
+  return chosen(spreads, i, count, values, states, words, end, special);
+}
+
+}  // namespace
+
 uint32_t SegmentReader::slot(const TokenTable& table) {
-  uint32_t& state = states_[lane_++ % kLanes];
+  uint32_t& state = states_[lane_];
+  next();
   const uint32_t entry = table.slots[state % kProbabilityOne];
   state = (entry >> 8 & (kProbabilityOne - 1)) * (state >> kProbabilityBits) + (entry >> 20);
   refill(state);
-  return entry & 0xff;
+  return entry & 0x7f;
 }
 
 int32_t SegmentReader::larger(const TokenTable& table) {
@@ -292,7 +424,8 @@ int32_t SegmentReader::number(int spread) {
 }
 
 bool SegmentReader::answer(int odds) {
-  uint32_t& state = states_[lane_++ % kLanes];
+  uint32_t& state = states_[lane_];
+  next();
   const uint32_t yes = spreadTables().yesFrequency[static_cast<size_t>(odds)];
   const uint32_t no = kProbabilityOne - yes;
   const uint32_t at = state % kProbabilityOne;
@@ -332,41 +465,31 @@ int32_t SegmentReader::plainNumber() {
 }
 
 void SegmentReader::numbers(const uint8_t* spreads, int count, int32_t* values) {
-  const SpreadTables& tables = spreadTables();
-  // Four independent states at a time, while there are surely enough words.
-  std::array<uint32_t, kLanes> states;
-  for (size_t lane = 0; lane < kLanes; ++lane) states[lane] = states_[(lane_ + lane) % kLanes];
-  const uint8_t* words = words_;
   int i = 0;
-  for (; i + kLanes <= count && wordsEnd_ - words >= 2 * kLanes; i += kLanes) {
-    uint32_t isSpecial = 0;
-    for (size_t lane = 0; lane < kLanes; ++lane) {
-      const uint8_t spread = spreads[static_cast<size_t>(i) + lane];
-      const TokenTable& table = tables.table(spread);
-      uint32_t& state = states[lane];
-      const uint32_t entry = table.slots[state % kProbabilityOne];
-      state = (entry >> 8 & (kProbabilityOne - 1)) * (state >> kProbabilityBits) + (entry >> 20);
-      const bool isLow = state < kLowestState;
-      const auto word = static_cast<uint32_t>(words[0] | words[1] << 8);
-      state = isLow ? state << 16 | word : state;
-      words += isLow ? 2 : 0;
-      const uint32_t token = entry & 0xff;
-      values[static_cast<size_t>(i) + lane] = unzigzag(token);
-      isSpecial |= (token + 1 == static_cast<uint32_t>(table.tokens) ? 1U : 0U) |
-                   (spread >= kFirstShiftedSpread ? 2U : 0U);
+  if (lanes_ == kManyLanes) {
+    // Eight independent states at a time, while there are surely enough words.
+    std::array<uint32_t, kManyLanes> states;
+    for (size_t lane = 0; lane < kManyLanes; ++lane) states[lane] = states_[(lane_ + lane) % kManyLanes];
+    constexpr int kStep = static_cast<int>(kManyLanes);
+    int special = 0;
+    while (i < count && special >= 0) {
+      special = -1;
+      i = decodeGroups(spreads, i, count, values, states, words_, wordsEnd_, special);
+      if (special >= 0) finishNumbers(spreads + special, kStep, values + special);
     }
-    if (isSpecial == 0) continue;
-    for (int at = i; at < i + kLanes; ++at) {
-      const TokenTable& table = tables.table(spreads[at]);
-      if (zigzag(values[at]) + 1 == static_cast<uint32_t>(table.tokens)) values[at] = larger(table);
-      const int plainBits = SpreadTables::plainBits(spreads[at]);
-      if (plainBits > 0)
-        values[at] = static_cast<int32_t>(static_cast<uint32_t>(values[at]) << plainBits | plain(plainBits));
-    }
+    for (size_t lane = 0; lane < kManyLanes; ++lane) states_[(lane_ + lane) % kManyLanes] = states[lane];
   }
-  for (size_t lane = 0; lane < kLanes; ++lane) states_[(lane_ + lane) % kLanes] = states[lane];
-  words_ = words;
   for (; i < count; ++i) values[i] = number(spreads[i]);
+}
+
+void SegmentReader::finishNumbers(const uint8_t* spreads, int count, int32_t* values) {
+  for (int i = 0; i < count; ++i) {
+    const TokenTable& table = spreadTables().table(spreads[i]);
+    if (zigzag(values[i]) + 1 == static_cast<uint32_t>(table.tokens)) values[i] = larger(table);
+    const int plainBits = SpreadTables::plainBits(spreads[i]);
+    if (plainBits > 0)
+      values[i] = static_cast<int32_t>(static_cast<uint32_t>(values[i]) << plainBits | plain(plainBits));
+  }
 }
 
 bool SegmentReader::finish() const {

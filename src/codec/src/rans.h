@@ -19,6 +19,11 @@ namespace terrane {
 inline constexpr int kProbabilityBits = 12;
 inline constexpr uint32_t kProbabilityOne = 1U << kProbabilityBits;
 
+/// A segment's symbols take turns among several coders, so that a processor can work on all of them at once:
+/// many where there is much to say, few where their own bytes would count.
+inline constexpr unsigned kFewLanes = 2;
+inline constexpr unsigned kManyLanes = 8;
+
 /// How widely whole numbers are spread: spread i stands for a mean size of 2^(i / 4 - 4).
 inline constexpr int kSpreads = 96;
 /// From this spread on, the lowest bits of a number are plain: one more each octave.
@@ -33,7 +38,7 @@ struct TokenTable {
   std::array<uint16_t, 128> frequency{};
   std::array<uint16_t, 128> start{};
   std::array<float, 128> bits{};  ///< what a token costs
-  /// Of each of the 4096 slots: token | frequency << 8 | (slot - start) << 20.
+  /// Of each of the 4096 slots: token | isLast << 7 | frequency << 8 | (slot - start) << 20.
   std::array<uint32_t, kProbabilityOne> slots{};
 };
 
@@ -41,14 +46,14 @@ struct TokenTable {
 struct SpreadTables {
   std::array<TokenTable, kFirstShiftedSpread + 4> tables;
   std::array<uint16_t, kOddsSteps> yesFrequency{};
+  std::array<const TokenTable*, kSpreads> bySpread{};
+  /// Where a spread's slots begin, counted from the first table's.
+  std::array<int32_t, kSpreads> slotsOfSpread{};
 
   static constexpr int plainBits(int spread) {
     return spread < kFirstShiftedSpread ? 0 : (spread - kFirstShiftedSpread) / 4 + 1;
   }
-  const TokenTable& table(int spread) const {
-    return tables[static_cast<size_t>(
-        spread < kFirstShiftedSpread ? spread : kFirstShiftedSpread + (spread - kFirstShiftedSpread) % 4)];
-  }
+  const TokenTable& table(int spread) const { return *bySpread[static_cast<size_t>(spread)]; }
   /// Bits that a number costs, plain ones included; for choosing spreads.
   float cost(int spread, int32_t value) const;
 };
@@ -68,7 +73,8 @@ class SegmentWriter {
   /// A number that is mostly near zero, in plain bits (Elias gamma of its zigzag + 1).
   void plainNumber(int32_t value);
   size_t symbols() const { return symbols_.size(); }
-  /// Appends the segment: varint of words, words, varint of plain bytes, plain bytes. Empties the writer.
+  /// Appends the segment: varint of 2 * words + isWide, words, varint of plain bytes, plain bytes. Empties
+  /// the writer.
   void finish(std::vector<uint8_t>& out);
 
  private:
@@ -99,13 +105,15 @@ class SegmentReader {
   bool finish() const;
 
  private:
-  static constexpr int kLanes = 4;
-
   uint32_t slot(const TokenTable& table);
+  void next() { lane_ = lane_ + 1 == lanes_ ? 0 : lane_ + 1; }
   void refill(uint32_t& state);
   int32_t larger(const TokenTable& table);
+  /// What goes beyond tokens: larger numbers, and lowest bits.
+  void finishNumbers(const uint8_t* spreads, int count, int32_t* values);
 
-  std::array<uint32_t, kLanes> states_{};
+  std::array<uint32_t, kManyLanes> states_{};
+  unsigned lanes_ = kFewLanes;
   unsigned lane_ = 0;
   const uint8_t* words_ = nullptr;
   const uint8_t* wordsEnd_ = nullptr;

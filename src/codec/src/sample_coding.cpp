@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "questions.h"
 #include "rans.h"
 #include "sample_lattice.h"
 #include "sample_prediction.h"
@@ -18,8 +19,9 @@ namespace {
 constexpr int kOctaves = kSizeContexts / 4;
 using SpreadShifts = std::array<int8_t, kOctaves>;
 
-/// Contexts of the question "is it ground", by how many of four neighbours are not.
-constexpr int kVoidContexts = 5;
+/// Contexts of the question "is it void", by how many of four neighbours are, and by the samples of the same
+/// kind to the west and north.
+constexpr int kVoidContexts = 20;
 /// Contexts of the question "has it a height of its own", by bend and expected size of a miss.
 constexpr int kBendClasses = 6;
 constexpr int kSizeClasses = 8;
@@ -39,9 +41,11 @@ int ownContext(int32_t bend, uint8_t context) {
 int usualOwnOdds(int context) {
   return std::clamp(16 + 3 * (context / kSizeClasses) + (context % kSizeClasses), 1, kOddsSteps - 1);
 }
-int usualVoidOdds(int voidNeighbours) {
-  static constexpr std::array<int, kVoidContexts> kUsual = {4, 16, 24, 32, 44};
-  return kUsual[static_cast<size_t>(voidNeighbours)];
+int usualVoidOdds(int context) {
+  static constexpr std::array<int, 5> kUsual = {4, 16, 24, 32, 44};
+  const int odds =
+      kUsual[static_cast<size_t>(context % 5)] + (context / 5 % 2 == 0 ? -4 : 4) + (context < 10 ? -4 : 4);
+  return std::clamp(odds, 1, kOddsSteps - 1);
 }
 
 /// Where the samples of one kind and half-size stand in a tile's arrays.
@@ -98,6 +102,17 @@ StateHint hintOf(const Grid::Around& around, const SampleState* states) {
   const auto isInterpolated = [&](int at) { return at >= 0 && states[at] == SampleState::Interpolated; };
   hint.impliedByParents = isInterpolated(around.apexA) || isInterpolated(around.apexB);
   return hint;
+}
+
+/// The context of whether a sample is void.
+size_t voidContext(const Grid& grid, int x, int y, const SampleState* states) {
+  const int voids = hintOf(grid.around(x, y), states).voids;
+  const auto isVoid = [&](int dx, int dy) {
+    return states[grid.indexOf(x + dx, y + dy)] == SampleState::Void;
+  };
+  const bool west = x > 0 ? isVoid(-1, 0) : voids >= 2;
+  const bool north = y > 0 ? isVoid(0, -1) : voids >= 2;
+  return static_cast<size_t>(voids + (west ? 5 : 0) + (north ? 10 : 0));
 }
 
 /// Nearest step numbers of heights; exact doubles in a fixed order, so that every machine gets the same.
@@ -265,41 +280,6 @@ class SpreadChooser {
   std::array<uint64_t, kSizeContexts> sizes_{};
 };
 
-/// The odds that fit counted answers.
-int oddsOf(uint32_t yes, uint32_t no) {
-  const double odds = std::log2((yes + 0.4) / (no + 0.4));
-  return std::clamp(static_cast<int>(std::lround(2.0 * odds)) + kOddsSteps / 2, 1, kOddsSteps - 1);
-}
-
-/// Questions of one kind with their contexts, counted before they are written.
-template <int Contexts>
-struct Questions {
-  std::array<std::array<uint32_t, 2>, Contexts> counts{};
-  std::array<uint8_t, Contexts> odds{};
-
-  template <class Usual>
-  void write(SegmentWriter& out, Usual usual) {
-    for (int context = 0; context < Contexts; ++context) {
-      const auto& [no, yes] = counts[static_cast<size_t>(context)];
-      int chosen = usual(context);
-      // Few answers are not worth odds of their own.
-      if (no + yes > 12) chosen = oddsOf(yes, no);
-      odds[static_cast<size_t>(context)] = static_cast<uint8_t>(chosen);
-      out.plainNumber(chosen - usual(context));
-    }
-  }
-  template <class Usual>
-  bool read(SegmentReader& in, Usual usual) {
-    bool ok = true;
-    for (int context = 0; context < Contexts; ++context) {
-      const int chosen = usual(context) + in.plainNumber();
-      ok &= chosen >= 1 && chosen < kOddsSteps;
-      odds[static_cast<size_t>(context)] = static_cast<uint8_t>(std::clamp(chosen, 1, kOddsSteps - 1));
-    }
-    return ok;
-  }
-};
-
 void writeWeights(SampleKind kind, const PairWeights& weights, SegmentWriter& out) {
   const PairWeights& usual = usualWeights(kind);
   out.plain(weights == usual ? 0 : 1, 1);
@@ -465,7 +445,7 @@ class LevelEncoder {
   void askRow(const Grid& grid, int y, Questions<kVoidContexts>& isVoid, Questions<kOwnContexts>& isOwn) {
     const SampleState* states = samples_.states.data();
     for (int x = 0; x < grid.cols && ownStates_.anyVoid; ++x) {
-      const size_t context = static_cast<size_t>(hintOf(grid.around(x, y), states).voids);
+      const size_t context = voidContext(grid, x, y, states);
       const bool yes = states[grid.indexOf(x, y)] == SampleState::Void;
       ++isVoid.counts[context][yes ? 1 : 0];
       answers_.emplace_back(static_cast<uint8_t>(context), yes);
@@ -573,8 +553,7 @@ class LevelDecoder {
     SampleState* states = samples_.states.data();
     const SampleState ground = ownStates_.anyInterpolated ? SampleState::Interpolated : SampleState::Coded;
     for (int x = 0; x < grid.cols; ++x) {
-      const bool yes = ownStates_.anyVoid &&
-                       in.answer(isVoid.odds[static_cast<size_t>(hintOf(grid.around(x, y), states).voids)]);
+      const bool yes = ownStates_.anyVoid && in.answer(isVoid.odds[voidContext(grid, x, y, states)]);
       states[grid.indexOf(x, y)] = yes ? SampleState::Void : ground;
     }
     if (!ownStates_.anyInterpolated || !ownStates_.anyCoded) return;
