@@ -8,6 +8,7 @@
 #include "coverage_coding.h"
 #include "node_coding.h"
 #include "parent_samples.h"
+#include "rans.h"
 #include "sample_coding.h"
 #include "sample_lattice.h"
 #include "terrane/base/check.h"
@@ -162,6 +163,18 @@ void writeCorners(const TileSamples& samples, const ElevationScale& scale, ByteW
   }
 }
 
+/// Do exactly so many segments follow?
+Status checkSegments(std::span<const uint8_t> payload, size_t start, int segments) {
+  for (int i = 0; i < segments; ++i) {
+    size_t used = 0;
+    const auto segment = SegmentReader::open(payload.subspan(start), used);
+    if (!segment.ok()) return makeError("segment {} at byte {}: {}", i, start, segment.error().message);
+    start += used;
+  }
+  if (start != payload.size()) return makeError("byte {}: {} bytes too many", start, payload.size() - start);
+  return {};
+}
+
 }  // namespace
 
 std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int quadrant,
@@ -222,6 +235,11 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
     copyParentSamples(*parent, quadrant, tile.samples);
   }
 
+  // All segments are whole before any of them is decoded: what was cut off on its way is refused at once.
+  int segments = 1 + (coverageMode == CoverageMode::Bitmap ? 1 : 0);
+  for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) segments += 2;
+  TERRANE_TRY(checkSegments(payload, in.offset(), segments));
+
   // Its own samples, coarse to fine.
   for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) {
     const auto used = decodeLevel(payload.subspan(in.offset()), s, states, scale, tile.samples);
@@ -241,7 +259,6 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
   const auto used = decodeNodes(payload.subspan(in.offset()), scale, isRoot, tile);
   if (!used.ok()) return makeError("at byte {}: {}", in.offset(), used.error().message);
   TERRANE_TRY(in.skip(*used));
-  if (in.remaining() != 0) return makeError("byte {}: {} bytes too many", in.offset(), in.remaining());
   return tile;
 }
 

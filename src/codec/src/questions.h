@@ -63,7 +63,8 @@ struct Questions {
 
   /// How many steps from the usual odds pay, their own bits counted.
   int bestChange(int context, int usual) const {
-    const auto& [no, yes] = counts[static_cast<size_t>(context)];
+    const uint32_t no = counts[static_cast<size_t>(context)][0];
+    const uint32_t yes = counts[static_cast<size_t>(context)][1];
     if (no + yes == 0) return 0;
     const auto bitsAt = [&](int step) {
       const double ofYes = spreadTables().yesFrequency[static_cast<size_t>(step)];

@@ -250,7 +250,8 @@ TEST(ElevationCodec, ChangedBytesNeverCrash) {
     const TileSamples* parent = asRoot ? nullptr : &root->samples;
     const auto bytes = storedPayload(asRoot ? "root" : "child");
     ASSERT_GT(bytes.size(), 100U);
-    for (size_t at = 0; at < bytes.size(); ++at) {
+    // Every byte of the head and of the first segment's beginning, some of the others.
+    for (size_t at = 0; at < bytes.size(); at += at < 100 ? 1 : 1 + random() % 7) {
       auto changed = bytes;
       changed[at] ^= static_cast<uint8_t>(1 + random() % 255);
       const auto result = decodeTile(changed, parent, 3, scale);
