@@ -68,7 +68,7 @@ void fillTable(std::span<const double> shares, TokenTable& table) {
   int sum = 0;
   size_t largest = 0;
   for (size_t t = 0; t < shares.size(); ++t) {
-    const int frequency = std::max(1, static_cast<int>(shares[t] * kProbabilityOne + 0.5));
+    const int frequency = std::max(1, static_cast<int>(std::floor(shares[t] * kProbabilityOne + 0.5)));
     table.frequency[t] = static_cast<uint16_t>(frequency);
     sum += frequency;
     if (table.frequency[t] > table.frequency[largest]) largest = t;
@@ -113,7 +113,7 @@ std::unique_ptr<const SpreadTables> makeTables() {
   }
   double odds = 1.0;  // 2^(|i - 24| / 2)
   for (int distance = 0; distance <= kOddsSteps / 2; ++distance) {
-    const auto more = static_cast<int>(kProbabilityOne * odds / (1.0 + odds) + 0.5);
+    const auto more = static_cast<int>(std::floor(kProbabilityOne * odds / (1.0 + odds) + 0.5));
     const int yes = std::min(more, static_cast<int>(kProbabilityOne) - 1);
     if (distance < kOddsSteps / 2)
       tables->yesFrequency[static_cast<size_t>(kOddsSteps / 2 + distance)] = static_cast<uint16_t>(yes);

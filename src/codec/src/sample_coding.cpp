@@ -161,14 +161,6 @@ int32_t* missesRow(LevelPlanes& planes, SampleKind kind, int y) {
          : kind == SampleKind::HorizontalEdge ? planes.horizontalMisses.row(y)
                                               : nullptr;
 }
-void setMisses(const int32_t* values, const RowPrediction& predicted, int count, int32_t* misses) {
-  constexpr int32_t kMost = 1 << 20;
-  for (int x = 0; x < count; ++x) {
-    const auto miss = static_cast<int32_t>(static_cast<uint32_t>(values[x]) -
-                                           static_cast<uint32_t>(predicted.values[static_cast<size_t>(x)]));
-    misses[x] = std::max(std::min(miss, kMost), -std::max(miss, -kMost));
-  }
-}
 void finishPlane(LevelPlanes& planes, SampleKind kind) {
   planes.of(kind).extend();
   if (kind == SampleKind::QuadCenter) planes.quadMisses.repeat();
@@ -300,7 +292,8 @@ bool readWeights(SampleKind kind, SegmentReader& in, PairWeights& weights) {
 
 void writeShifts(const SpreadShifts& shifts, SegmentWriter& out) {
   int last = 0;
-  for (const int shift : shifts) {
+  for (const int8_t octave : shifts) {
+    const int shift{octave};
     out.plainNumber(shift - last);
     last = shift;
   }
@@ -537,9 +530,9 @@ class LevelDecoder {
         for (int x = 0; x < grid.cols; ++x) states[2 * x * s_] = all;
         if (ownStates_.anyCoded) {
           decodeAll(grid, y, spreads, in);
-        } else {
-          decodeSome(grid, y, spreads, in);
+          continue;
         }
+        decodeSome(grid, y, spreads, in);
       }
       if (int32_t* misses = missesRow(scratch_.planes, kind, y))
         setMisses(scratch_.planes.of(kind).row(y), scratch_.predicted, grid.cols, misses);
@@ -579,18 +572,10 @@ class LevelDecoder {
       spreads[x] = spreadOfContext[predicted.context[x]];
     in.numbers(spreads.data(), count, residuals.data());
     int32_t* values = scratch_.planes.of(grid.kind).row(y);
-    int32_t low = 0;
-    int32_t high = 0;
-    for (int x = 0; x < count; ++x) {
-      const auto at = static_cast<size_t>(x);
-      values[x] = static_cast<int32_t>(static_cast<uint32_t>(predicted.values[at]) +
-                                       static_cast<uint32_t>(residuals[at]));
-      low = std::min(low, values[x]);
-      high = std::max(high, values[x]);
-      heights[at] =
-          static_cast<float>(scale_.heightOffset + static_cast<double>(values[x]) * scale_.heightStep);
-    }
-    outOfRange_ |= high > kLargestInteger || low < -kLargestInteger;
+    int32_t* misses = missesRow(scratch_.planes, grid.kind, y);
+    std::array<int32_t, RowPrediction::kRoom> unused;
+    outOfRange_ |= !addResiduals(predicted, residuals.data(), count, scale_, values,
+                                 misses != nullptr ? misses : unused.data(), heights.data());
     float* to = samples_.heights.data() + grid.indexOf(0, y);
     for (int x = 0; x < count; ++x) to[2 * x * s_] = heights[static_cast<size_t>(x)];
   }

@@ -4,15 +4,13 @@
 #include <span>
 #include <vector>
 
+#include "sample_prediction.h"
 #include "terrane/base/result.h"
 #include "terrane/codec/tile.h"
 
 /// The samples that a tile holds itself <-> segments of entropy-coded symbols, level by level of the lattice
 /// (docs/format/elevation-v2.md, "Samples").
 namespace terrane {
-
-/// Step numbers stay exact in a float.
-inline constexpr int32_t kLargestInteger = (1 << 24) - 1;
 
 /// Which states a tile's own samples have; what needs not be said of each of them.
 struct OwnStates {

@@ -313,6 +313,39 @@ void predictRow(const LevelPlanes& planes, SampleKind kind, int y, const PairWei
   }
 }
 
+TERRANE_CLONES void setMisses(const int32_t* __restrict values, const RowPrediction& predicted, int count,
+                              int32_t* __restrict misses) {
+  constexpr int32_t kMost = 1 << 20;
+  const int32_t* __restrict expected = predicted.values.data();
+  for (int x = 0; x < count; ++x) {
+    const auto miss =
+        static_cast<int32_t>(static_cast<uint32_t>(values[x]) - static_cast<uint32_t>(expected[x]));
+    misses[x] = std::max(std::min(miss, kMost), -std::max(miss, -kMost));
+  }
+}
+
+TERRANE_CLONES bool addResiduals(const RowPrediction& predicted, const int32_t* __restrict residuals,
+                                 int count, const ElevationScale& scale, int32_t* __restrict values,
+                                 int32_t* __restrict misses, float* __restrict heights) {
+  constexpr int32_t kMost = 1 << 20;
+  const int32_t* __restrict expected = predicted.values.data();
+  const double offset = scale.heightOffset;
+  const double step = scale.heightStep;
+  int32_t low = 0;
+  int32_t high = 0;
+  for (int x = 0; x < count; ++x) {
+    const auto value =
+        static_cast<int32_t>(static_cast<uint32_t>(expected[x]) + static_cast<uint32_t>(residuals[x]));
+    values[x] = value;
+    low = std::min(low, value);
+    high = std::max(high, value);
+    misses[x] = std::max(std::min(residuals[x], kMost), -std::max(residuals[x], -kMost));
+  }
+  for (int x = 0; x < count; ++x)
+    heights[x] = static_cast<float>(offset + static_cast<double>(values[x]) * step);
+  return high <= kLargestInteger && low >= -kLargestInteger;
+}
+
 namespace {
 
 /// Sums up every fourth row of a plane.

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "sample_planes.h"
+#include "terrane/codec/tile.h"
 
 /// What the samples that are known let one expect of the next ones: a value, and how far off it may be.
 /// docs/format/elevation-v2.md, "Prediction", has the stencils as pictures and the numbers.
@@ -55,6 +56,17 @@ struct RowPrediction {
 /// Predicts row y of a kind of samples from the planes before it, whose rims must be made.
 void predictRow(const LevelPlanes& planes, SampleKind kind, int y, const PairWeights& weights,
                 RowPrediction& out);
+
+/// Step numbers stay exact in a float.
+inline constexpr int32_t kLargestInteger = (1 << 24) - 1;
+
+/// The sizes of what a row's predictions missed, bounded to 2^20.
+void setMisses(const int32_t* values, const RowPrediction& predicted, int count, int32_t* misses);
+
+/// A row that is coded throughout: predictions and residuals make values, misses and heights. False where a
+/// value is beyond +- kLargestInteger.
+bool addResiduals(const RowPrediction& predicted, const int32_t* residuals, int count,
+                  const ElevationScale& scale, int32_t* values, int32_t* misses, float* heights);
 
 /// The weights that fit a complete level best, by least squares over every fourth row; exact whole-number
 /// sums, so that every machine finds the same. `counts`: for each of the kind's samples, row by row, 1 where
