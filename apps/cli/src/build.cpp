@@ -19,12 +19,20 @@ constexpr const char* kExamples =
     "  terrane build @files.txt -o all.terrane --max-error 0.1      inputs listed in a file\n"
     "  terrane build old.asc -o old.terrane --source-crs EPSG:31467 --nodata -9999\n"
     "\n"
+    "A build works in NAME.terrane.partial, on the same disk; for each sample of the inputs it takes 8 bytes "
+    "there, or 20\n"
+    "where inputs of several resolutions are put together. Interrupt it, kill it, run the same command "
+    "again: "
+    "it goes on\n"
+    "from what is done. What stood at NAME.terrane stands until the new dataset takes its place.\n"
+    "\n"
     "With --json: a line {\"stage\", \"steps\", \"unit\", \"seconds\"} as each stage ends, {\"warning\"} "
     "lines, and at last\n"
-    "{\"output\", \"tiles\", \"archive_bytes\", \"samples\", \"bits_per_sample\", \"seconds\"} or "
-    "{\"error\"}.\n"
+    "{\"output\", \"tiles\", \"archive_bytes\", \"samples\", \"bits_per_sample\", \"seconds\", "
+    "\"jobs_done\", \"jobs_resumed\",\n"
+    "\"jobs\": {STAGE: {\"done\", \"resumed\"}}, \"peak_rss_bytes\", \"cpu_seconds\"} or {\"error\"}.\n"
     "\n"
-    "Exit status: 0 built, 1 failed (nothing is left behind), 2 wrong usage.";
+    "Exit status: 0 built, 1 failed (the message says what is left to go on from), 2 wrong usage.";
 
 struct Options {
   SourceOptions source;
@@ -47,12 +55,26 @@ std::string describe(const SourceOptions& source) {
 
 void say(const BuildReport& report, const Options& options) {
   if (options.output.json) {
+    int64_t done = 0;
+    int64_t resumed = 0;
+    nlohmann::json stages = nlohmann::json::object();
+    for (const StageReport& stage : report.stages) {
+      done += stage.jobsDone;
+      resumed += stage.jobsResumed;
+      stages[stage.name] = {{"done", stage.jobsDone}, {"resumed", stage.jobsResumed}};
+    }
+    const ResourceUse use = resourceUse();
     printJson({{"output", options.build.output},
                {"tiles", report.tiles},
                {"archive_bytes", report.archiveBytes},
                {"samples", report.samples},
                {"bits_per_sample", report.bitsPerSample},
-               {"seconds", report.seconds}});
+               {"seconds", report.seconds},
+               {"jobs_done", done},
+               {"jobs_resumed", resumed},
+               {"jobs", stages},
+               {"peak_rss_bytes", use.peakRssBytes},
+               {"cpu_seconds", use.cpuSeconds}});
   } else if (!options.output.quiet) {
     fmt::print("{}: {} tiles, {}, {:.2f} bits a sample, in {}\n", options.build.output,
                formatCount(static_cast<int64_t>(report.tiles)), formatBytes(report.archiveBytes),

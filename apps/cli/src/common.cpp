@@ -1,6 +1,7 @@
 #include "common.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -187,6 +188,15 @@ Result<uint64_t> parseByteSize(const std::string& text) {
   }
   if (number * factor < 1.0 || number * factor > 1e18) return wrong();
   return static_cast<uint64_t>(number * factor);
+}
+
+ResourceUse resourceUse() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return {static_cast<uint64_t>(usage.ru_maxrss) * 1024, seconds(usage.ru_utime) + seconds(usage.ru_stime)};
 }
 
 const std::atomic<bool>& interruptFlag() {

@@ -44,6 +44,13 @@ void printJson(const nlohmann::json& object);
 /// "2G", "500M", "1.5GiB", "4096": bytes, in powers of 1024.
 Result<uint64_t> parseByteSize(const std::string& text);
 
+/// What the program has taken so far.
+struct ResourceUse {
+  uint64_t peakRssBytes = 0;
+  double cpuSeconds = 0.0;  ///< of all threads, in the program and in the system on its behalf
+};
+ResourceUse resourceUse();
+
 /// Becomes true when the user interrupts (SIGINT, SIGTERM) after the first call; a second signal kills.
 const std::atomic<bool>& interruptFlag();
 

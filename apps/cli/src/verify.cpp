@@ -33,7 +33,6 @@ struct Options {
   CompareOptions compare;
   VerifyOptions verify;
   OutputOptions output;
-  std::string memory;
 };
 
 nlohmann::json toJson(const VerifyReport& report) {
@@ -84,14 +83,6 @@ void say(const ComparisonReport& report) {
 }
 
 int runVerify(Options options) {
-  if (!options.memory.empty()) {
-    const auto bytes = parseByteSize(options.memory);
-    if (!bytes.ok()) {
-      fail(bytes.error(), options.output);
-      return kExitUsage;
-    }
-    options.verify.memoryBytes = *bytes;
-  }
   options.verify.cancel = &interruptFlag();
   options.compare.cancel = &interruptFlag();
   options.compare.threads = options.verify.threads;
@@ -141,7 +132,6 @@ void addVerifyCommand(CLI::App& app, CommandContext& context) {
                       "The value that stands for no data in the rasters");
   command->add_option("--threads", options->verify.threads, "Threads to work with (default: all cores)")
       ->check(CLI::Range(1, 1024));
-  command->add_option("--memory", options->memory, "Memory to work with, as 500M or 2G (default: a quarter)");
   addOutputOptions(*command, options->output);
   command->callback([&context, options] { context.run = [options] { return runVerify(*options); }; });
 }

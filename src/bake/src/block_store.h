@@ -1,7 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
 #include <span>
 #include <string>
 
@@ -9,13 +11,20 @@
 
 namespace terrane {
 
-/// Many blocks of one size, numbered from 0: in memory as far as a budget goes, the rest in a temporary file
-/// that is nowhere to be seen (it vanishes with the program, however that ends). Different blocks may be
-/// read and written from different threads.
+/// Where blocks lie: in a folder, in files that stay (a build goes on from them) or in files without a name,
+/// which vanish with the program, however that ends.
+struct Scratch {
+  std::string folder;
+  bool stays = false;
+};
+
+/// Many blocks of one size, numbered from 0, in a file; those never written take no room. The system's cache
+/// keeps in memory what fits, and that does not count as ours. Different blocks may be read and written from
+/// different threads.
 class BlockStore {
  public:
-  /// `folder` takes the temporary file, which is made when the first block beyond `memoryBytes` is written.
-  BlockStore(size_t blockBytes, uint64_t memoryBytes, std::string folder);
+  /// The file is made, or opened if it stayed there, when a block is first asked for. `name`: the file's.
+  BlockStore(size_t blockBytes, Scratch scratch, std::string name);
   ~BlockStore();
   BlockStore(const BlockStore&) = delete;
   BlockStore& operator=(const BlockStore&) = delete;
@@ -34,16 +43,24 @@ class BlockStore {
   Status readValues(uint64_t block, std::span<T> values) const {
     return read(block, std::as_writable_bytes(values));
   }
+  /// As above, for one plain value.
+  template <class T>
+  Status writeValue(uint64_t block, const T& value) {
+    return write(block, std::as_bytes(std::span(&value, 1)));
+  }
+  template <class T>
+  Status readValue(uint64_t block, T& value) const {
+    return read(block, std::as_writable_bytes(std::span(&value, 1)));
+  }
 
  private:
-  Result<int> openFile();
+  Result<int> openFile() const;
 
   size_t blockBytes_;
-  uint64_t blocksInMemory_;
-  std::byte* memory_ = nullptr;
-  std::string folder_;
-  struct File;
-  File* file_;
+  Scratch scratch_;
+  std::string name_;
+  mutable std::mutex opening_;
+  mutable std::atomic<int> descriptor_{-1};
 };
 
 }  // namespace terrane

@@ -6,13 +6,13 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <optional>
 
 #include "build_output.h"
 #include "node_measure.h"
 #include "pyramid_steps.h"
 #include "terrane/codec/elevation_codec.h"
+#include "terrane/dataset/dataset.h"
 #include "terrane/dataset/hash.h"
 #include "terrane/dataset/pmtiles.h"
 
@@ -27,15 +27,6 @@ struct HeightRange {
   double low = 0.0;
   double high = 0.0;
 };
-HeightRange rangeOfGround(const Pyramid& pyramid) {
-  float low = std::numeric_limits<float>::infinity();
-  float high = -low;
-  for (const LevelNodes& nodes : pyramid.nodes) {
-    for (const float value : nodes.low) low = std::min(low, value);
-    for (const float value : nodes.high) high = std::max(high, value);
-  }
-  return low <= high ? HeightRange{static_cast<double>(low), static_cast<double>(high)} : HeightRange{};
-}
 
 /// Codes that tell small errors apart and never run out.
 void chooseCodeUnits(const HeightRange& range, double maxErrorMeters, int finestLevel,
@@ -56,8 +47,8 @@ void chooseCodeUnits(const HeightRange& range, double maxErrorMeters, int finest
 /// Turns tiles into payloads, each worker with a parent at hand.
 class TileEncoder {
  public:
-  TileEncoder(const Pyramid& pyramid, const ElevationScale& scale, int workers)
-      : pyramid_(pyramid), scale_(scale), scratches_(static_cast<size_t>(workers)) {}
+  TileEncoder(const Pyramid& pyramid, const NodeStores& stores, const ElevationScale& scale, int workers)
+      : pyramid_(pyramid), stores_(stores), scale_(scale), scratches_(static_cast<size_t>(workers)) {}
 
   Result<std::vector<uint8_t>> encode(int worker, TileId id) {
     Scratch& scratch = scratches_[static_cast<size_t>(worker)];
@@ -65,7 +56,7 @@ class TileEncoder {
     const PyramidTile& tile = pyramid_.levels[static_cast<size_t>(id.level)][static_cast<size_t>(index)];
     Tile& out = scratch.tile;
     TERRANE_TRY(pyramid_.readSamples(tile, out.samples));
-    takeNodes(id.level, index, out.nodes);
+    TERRANE_TRY(takeNodes(tile, scratch.codes, out.nodes));
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
       out.children[static_cast<size_t>(quadrant)] = summariseChild(tile, out, quadrant);
     }
@@ -86,38 +77,29 @@ class TileEncoder {
     Tile tile;
     TileSamples parent;
     TileId parentId{-1, 0, 0};
+    TileCodes codes;
   };
 
-  void takeNodes(int level, int index, TileNodes& out) const {
-    const LevelNodes& nodes = pyramid_.nodes[static_cast<size_t>(level)];
-    const auto slice = [&](const auto& from, int count, auto& to) {
-      const auto begin = from.begin() + static_cast<ptrdiff_t>(index) * count;
-      to.assign(begin, begin + count);
-    };
-    slice(nodes.errorCode, nodes.nodesPerTile, out.error);
-    slice(nodes.largeErrorCode, tileLargeNodeCount(level == 0), out.largeError);
-    slice(nodes.lowCode, nodes.nodesPerTile, out.low);
-    slice(nodes.highCode, nodes.nodesPerTile, out.high);
+  Status takeNodes(const PyramidTile& tile, TileCodes& codes, TileNodes& out) const {
+    TERRANE_TRY(stores_.joined.readValue(static_cast<uint64_t>(tile.block), codes));
+    const int count = tileNodeCount(tile.id.isRoot());
+    out.error.assign(codes.error.begin(), codes.error.begin() + count);
+    out.largeError.assign(codes.large.begin(), codes.large.begin() + tileLargeNodeCount(tile.id.isRoot()));
+    out.low.assign(codes.low.begin(), codes.low.begin() + count);
+    out.high.assign(codes.high.begin(), codes.high.begin() + count);
+    return {};
   }
 
   ChildSummary summariseChild(const PyramidTile& tile, const Tile& out, int quadrant) const {
     const int32_t child = tile.children[static_cast<size_t>(quadrant)];
     const auto below = static_cast<size_t>(tile.id.level) + 1;
-    if (child < 0 || !pyramid_.levels[below][static_cast<size_t>(child)].stored) {
+    if (child < 0 || !pyramid_.levels[below][static_cast<size_t>(child)].stored)
       return summariseMissingChild(out.samples, out.nodes, tile.id.isRoot(), quadrant);
-    }
-    ChildSummary summary{ChildState::Present, 0, 65535, 0};
-    const LevelNodes& nodes = pyramid_.nodes[below];
-    const size_t first = static_cast<size_t>(child) * static_cast<size_t>(nodes.nodesPerTile);
-    for (size_t i = first; i < first + static_cast<size_t>(nodes.nodesPerTile); ++i) {
-      summary.error = std::max(summary.error, nodes.errorCode[i]);
-      summary.low = std::min(summary.low, nodes.lowCode[i]);
-      summary.high = std::max(summary.high, nodes.highCode[i]);
-    }
-    return summary;
+    return pyramid_.levels[below][static_cast<size_t>(child)].nodes;
   }
 
   const Pyramid& pyramid_;
+  const NodeStores& stores_;
   const ElevationScale& scale_;
   std::vector<Scratch> scratches_;
 };
@@ -136,41 +118,86 @@ std::vector<TileId> storedTiles(const Pyramid& pyramid) {
   return out;
 }
 
-Status writeArchive(const std::string& path, const Pyramid& pyramid, const ElevationScale& scale,
-                    const std::vector<TileId>& tiles, const Workers& workers, Progress& progress) {
+Status writeArchive(const std::string& path, const Pyramid& pyramid, const NodeStores& stores,
+                    const ElevationScale& scale, const std::vector<TileId>& tiles, Jobs& jobs,
+                    Progress& progress) {
   progress.beginStage("encoding", static_cast<int64_t>(tiles.size()), "tiles");
-  TERRANE_ASSIGN(PmtilesWriter writer, PmtilesWriter::create(path));
-  TileEncoder encoder(pyramid, scale, workers.count());
-  const Status done = workers.forEachInOrder(
-      static_cast<int64_t>(tiles.size()),
-      [&](int worker, int64_t i) { return encoder.encode(worker, tiles[static_cast<size_t>(i)]); },
-      [&](int64_t i, const std::vector<uint8_t>& bytes) -> Status {
-        TERRANE_TRY(writer.add(tiles[static_cast<size_t>(i)], bytes));
-        progress.advance(1);
+  std::optional<PmtilesWriter> writer;
+  TileEncoder encoder(pyramid, stores, scale, jobs.workers().count());
+  const Status done = jobs.runInOrder<PmtilesPlace>(
+      "encoding", static_cast<int64_t>(tiles.size()), &progress,
+      [&](std::span<const PmtilesPlace> before) -> Status {
+        TERRANE_ASSIGN(writer, PmtilesWriter::goOn(path, before));
         return {};
+      },
+      [&](int worker, int64_t i) { return encoder.encode(worker, tiles[static_cast<size_t>(i)]); },
+      [&](int64_t i, const std::vector<uint8_t>& bytes) {
+        return writer->add(tiles[static_cast<size_t>(i)], bytes);
       });
   TERRANE_TRY(done);
-  return writer.finish(R"({"name":"elevation","format":"terrane elevation payload 2"})");
+  return writer->finish(R"({"name":"elevation","format":"terrane elevation payload 2"})");
 }
 
-}  // namespace
-
-Status checkOutput(const BuildOptions& options) {
-  return checkTarget(options.output, options.overwrite);
+/// All that shapes the result, as text. A work folder with another plan is of no use.
+std::string describePlan(const SourcePlan& plan, const BuildOptions& options, const std::string& name) {
+  std::string text = fmt::format(
+      "terrane {} work 1 dataset {} payload 2\nname {}\noptions {}\nattribution {}\ncrs {}\norigin {:.17g} "
+      "{:.17g} "
+      "spacing {:.17g} {:.17g} level {} extent {} {}\nstep {:.17g} offset {:.17g} error {:.17g} {}\n",
+      TERRANE_VERSION, Manifest::kFormatVersion, name, options.optionsText, options.attribution, plan.crsWkt,
+      plan.frame.originEasting, plan.frame.originNorthing, plan.frame.spacingX, plan.frame.spacingY,
+      plan.frame.finestLevel, plan.extentCols, plan.extentRows, plan.heightStep, plan.heightOffset,
+      plan.maxErrorMeters, plan.interpolates ? "interpolated" : "coded");
+  for (const InputRecord& input : plan.inputs) {
+    text += fmt::format("input {} {} bytes {} {} x {} {} native {} crs {} resampling {} nodata {}\n",
+                        input.name, input.sha256, input.bytes, input.width, input.height, input.dataType,
+                        input.nativeLevel, input.sourceCrs, input.resampling, input.noData);
+  }
+  return text + "end\n";
 }
 
-Result<BuildReport> buildDataset(const Source& source, const BuildOptions& options, Progress& progress) {
-  const auto begin = std::chrono::steady_clock::now();
+/// What the build takes on the disk at most, about: heights and what is known of them, each once, and the
+/// result.
+uint64_t roomFor(const Source& source) {
+  const SourcePlan& plan = source.plan();
+  const std::vector<int> levels = source.nativeLevels();
+  double tiles = 0.0;
+  for (const int level : levels) {
+    const int shift = plan.frame.finestLevel - level + 8;
+    const auto last = [&](int64_t samples) { return static_cast<int>((samples - 1) >> shift); };
+    for (int row = 0; row <= last(plan.extentRows); ++row) {
+      for (int col = 0; col <= last(plan.extentCols); ++col)
+        tiles += source.mayTouch({level, col, row}) ? 1.0 : 0.0;
+    }
+  }
+  constexpr double kHeightBytes = sizeof(float);
+  constexpr double kRankBytes = 3.0 * sizeof(uint16_t);
+  constexpr double kResultBytes = 1.5;
+  constexpr double kStateBytes = 1.125;
+  double perSample = kHeightBytes + kResultBytes;
+  if (levels.size() > 1) perSample += kHeightBytes + kRankBytes + kStateBytes;
+  if (plan.interpolates) perSample += kStateBytes;
+  return static_cast<uint64_t>(tiles * kTileSampleCount * perSample * 4.0 / 3.0);
+}
+
+/// The build in its work folder, up to the last rename.
+Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const BuildOptions& options,
+                            const std::string& name, Progress& progress) {
   const SourcePlan& plan = source.plan();
   const Workers workers(options.threads, options.cancel);
-  TERRANE_ASSIGN(PendingDirectory output, PendingDirectory::create(options.output, options.overwrite));
+  Jobs jobs(workers, &work.log());
+  const Scratch scratch{work.path(), true};
+  TERRANE_TRY(checkRoom(work, roomFor(source)));
+
+  // The rasters' own cache is the one thing whose size is ours to choose. Tiles are read row by row: a row of
+  // them and the blocks of the rasters that reach into it, twice over; more would only be filled, not used.
   const uint64_t memory = options.memoryBytes > 0 ? options.memoryBytes : quarterOfMemory();
-  // The rasters' own cache is part of what the build may take.
-  GDALSetCacheMax64(static_cast<GIntBig>(std::max<uint64_t>(memory / 8, 32U << 20)));
+  const uint64_t useful = 2 * (kTileSamples + 512) * static_cast<uint64_t>(plan.extentCols) * sizeof(double);
+  constexpr uint64_t kLeast = 32U << 20;
+  GDALSetCacheMax64(static_cast<GIntBig>(std::clamp(useful, kLeast, std::max(memory, kLeast))));
 
   Manifest manifest;
-  manifest.name =
-      std::filesystem::path(options.output + (options.output.ends_with('/') ? "." : "")).stem().string();
+  manifest.name = name;
   manifest.crsWkt = plan.crsWkt;
   manifest.crsName = plan.crsName;
   manifest.frame = plan.frame;
@@ -187,52 +214,93 @@ Result<BuildReport> buildDataset(const Source& source, const BuildOptions& optio
   manifest.buildOptions = options.optionsText;
   ElevationScale& scale = manifest.scale;
 
-  // Samples: raw from the finest level up, then filled from the root down. Most of the memory is theirs; what
-  // they do not fit into goes to a scratch file.
+  // Samples: raw from the finest level up, then filled from the root down.
   BuildReport report;
-  Pyramid pyramid(plan.frame.finestLevel, memory / 8 * 5, output.path());
+  Pyramid pyramid(plan.frame.finestLevel, scratch);
   {
     const bool mixed = source.nativeLevels().size() > 1;
     std::optional<RankStores> ranks;
-    if (mixed) ranks.emplace(memory / 8, output.path());
+    if (mixed) ranks.emplace(scratch);
     RankStores* ranksOrNull = mixed ? &*ranks : nullptr;
     std::optional<NeedStore> needs;
-    if (plan.interpolates) needs.emplace(plan.maxErrorMeters, memory / 8, output.path());
+    if (plan.interpolates) needs.emplace(plan.maxErrorMeters, scratch);
     TERRANE_ASSIGN(const RawTotals raw, readRawTiles(source, scale, pyramid, ranksOrNull,
-                                                     needs ? &*needs : nullptr, workers, progress));
+                                                     needs ? &*needs : nullptr, jobs, progress));
+    if (raw.samples == 0) {
+      work.discard();
+      return makeError(
+          "the inputs hold no height at all: every sample is nodata; check --nodata and the masks");
+    }
     report.samples = static_cast<double>(raw.samples);
     const float corner = scale.heightFromInteger(scale.integerFromHeight(raw.meanHeight));
-    TERRANE_TRY(fillTiles(source, pyramid, ranksOrNull, corner, workers, progress));
+    TERRANE_TRY(fillTiles(source, pyramid, ranksOrNull, corner, jobs, progress));
   }
-  TERRANE_ASSIGN(manifest.coveredCells, coverTiles(pyramid, workers));
-  TERRANE_TRY(pruneTiles(pyramid, workers));
+  TERRANE_ASSIGN(manifest.coveredCells, coverTiles(pyramid, scratch, jobs));
+  TERRANE_TRY(pruneTiles(pyramid, jobs));
 
   // What the patches get wrong.
-  TERRANE_TRY(measureNodes(pyramid, workers, progress));
-  const HeightRange range = rangeOfGround(pyramid);
+  NodeStores stores(scratch);
+  TERRANE_ASSIGN(const GroundRange ground, measureNodes(pyramid, stores, jobs, progress));
+  const HeightRange range = ground.low <= ground.high ? HeightRange{static_cast<double>(ground.low),
+                                                                    static_cast<double>(ground.high)}
+                                                      : HeightRange{};
   manifest.minHeight = range.low;
   manifest.maxHeight = range.high;
   chooseCodeUnits(range, plan.maxErrorMeters, plan.frame.finestLevel, scale);
-  TERRANE_TRY(saturateNodes(pyramid, scale, plan.maxErrorMeters, workers));
-  TERRANE_TRY(saturateLargeNodes(pyramid, scale, plan.maxErrorMeters, workers));
+  TERRANE_TRY(saturateNodes(pyramid, stores, scale, plan.maxErrorMeters, jobs));
 
   // The archive, then the manifest that vouches for it.
   const std::vector<TileId> tiles = storedTiles(pyramid);
-  const std::string archive = output.file(kArchiveName);
-  TERRANE_TRY(writeArchive(archive, pyramid, scale, tiles, workers, progress));
+  const std::string archive = work.file(kArchiveName);
+  TERRANE_TRY(writeArchive(archive, pyramid, stores, scale, tiles, jobs, progress));
   std::error_code code;
   report.archiveBytes = static_cast<uint64_t>(std::filesystem::file_size(archive, code));
   if (code) return makeError("{}: {}", archive, code.message());
   TERRANE_ASSIGN(std::string hash, sha256OfFile(archive));
   manifest.archives = {{kArchiveName, report.archiveBytes, std::move(hash)}};
   manifest.tileCount = tiles.size();
-  TERRANE_TRY(output.writeFile("manifest.json", manifestToJson(manifest)));
+  TERRANE_TRY(work.writeFile("manifest.json", manifestToJson(manifest)));
   TERRANE_TRY(workers.checkCancelled());
-  TERRANE_TRY(output.commit());
+  TERRANE_TRY(work.commit());
 
   report.tiles = tiles.size();
   report.bitsPerSample = 8.0 * static_cast<double>(report.archiveBytes) / report.samples;
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.stages = jobs.reports();
+  return report;
+}
+
+/// What there is to tell when an earlier run had done all but the tidying up.
+Result<BuildReport> reportOf(const std::string& directory) {
+  TERRANE_ASSIGN(const Dataset dataset, Dataset::open(directory));
+  BuildReport report;
+  report.tiles = dataset.manifest().tileCount;
+  for (const ArchiveRecord& archive : dataset.manifest().archives) report.archiveBytes += archive.bytes;
+  return report;
+}
+
+}  // namespace
+
+Status checkOutput(const BuildOptions& options) {
+  return checkTarget(options.output, options.overwrite);
+}
+
+Result<BuildReport> buildDataset(const Source& source, const BuildOptions& options, Progress& progress) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::string name =
+      std::filesystem::path(options.output + (options.output.ends_with('/') ? "." : "")).stem().string();
+  TERRANE_ASSIGN(WorkFolder work, WorkFolder::open(options.output, options.overwrite,
+                                                   describePlan(source.plan(), options, name), progress));
+  if (work.isCommitted()) {
+    work.discard();
+    return reportOf(options.output);
+  }
+  auto report = buildIn(work, source, options, name, progress);
+  if (!report.ok()) {
+    if (!work.hasWork()) return report;
+    return makeError("{}; run the same command again to go on, or delete {} to start afresh",
+                     report.error().message, work.path());
+  }
+  report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return report;
 }
 

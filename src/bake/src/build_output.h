@@ -1,35 +1,70 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
+#include "job_log.h"
+#include "terrane/base/progress.h"
 #include "terrane/base/result.h"
 
 namespace terrane {
 
-/// A directory in the making: filled beside the place where it shall stand, renamed into it by commit(),
-/// removed with all its contents if that never happens.
-class PendingDirectory {
+/// Where a dataset is made: the folder `TARGET.partial` beside the place where it shall stand. It holds
+///
+///     plan       what shapes the result; work that was done for another plan is worth nothing, nor is work
+///                from before the machine went down
+///     jobs       which jobs are done (JobLog)
+///     *.blocks   what lies between the steps (BlockStore)
+///     dataset/   the files of the dataset; commit() renames this folder into place
+///
+/// The folder outlives the program where work was done in it, so that the next run goes on from there. Its
+/// lock tells two builds of the same output apart; it vanishes with the program, however that ends.
+class WorkFolder {
  public:
-  /// Errors: the target exists (and is no dataset, or may not be overwritten); its folder cannot be written.
-  static Result<PendingDirectory> create(const std::string& target, bool overwrite);
-  ~PendingDirectory();
-  PendingDirectory(PendingDirectory&& other) noexcept;
-  PendingDirectory& operator=(PendingDirectory&&) = delete;
+  /// Opens the folder that an earlier run left, or makes it. `plan`: all that shapes the result, as text;
+  /// where the folder was left by another plan, its content is dropped, and `progress` is told.
+  /// Errors: the target exists (and is no dataset, or may not be overwritten); another program works on it;
+  /// the folder cannot be written, or is not what a build leaves.
+  static Result<WorkFolder> open(const std::string& target, bool overwrite, const std::string& plan,
+                                 Progress& progress);
+  /// Removes the folder if it holds nothing to go on from.
+  ~WorkFolder();
+  WorkFolder(WorkFolder&& other) noexcept;
+  WorkFolder& operator=(WorkFolder&&) = delete;
 
   const std::string& path() const { return path_; }
-  std::string file(const std::string& name) const { return path_ + "/" + name; }
-  /// Makes a file of these bytes, on disk when this returns.
+  /// A file of the dataset.
+  std::string file(const std::string& name) const { return path_ + "/dataset/" + name; }
+  JobLog& log() { return *log_; }
+  /// Is there something to go on from?
+  bool hasWork() const { return !path_.empty() && log_ != nullptr && !log_->empty(); }
+  /// An earlier run has put the dataset in its place, and ended before it had tidied up.
+  bool isCommitted() const;
+
+  /// Makes a file of the dataset of these bytes, on disk when this returns.
   Status writeFile(const std::string& name, const std::string& text) const;
-  /// Puts the directory in its place; what stood there is removed after.
+  /// Puts the dataset in its place, on disk when this returns; then removes what stood there, and all else in
+  /// the folder. `manifest.json` must have been written.
   Status commit();
+  /// Removes the folder: what is in it leads nowhere, or is no longer needed.
+  void discard();
 
  private:
-  PendingDirectory(std::string target, std::string path);
+  WorkFolder(std::string target, std::string path, int lock);
+
   std::string target_;
-  std::string path_;  ///< empty: nothing to remove any more
+  std::string path_;  ///< empty: nothing to look after any more
+  int lock_ = -1;
+  bool disposable_ = false;  ///< without work in it, the folder is worth nothing
+  std::string plan_;
+  std::unique_ptr<JobLog> log_;
 };
 
-/// May `target` be made, or replaced?
+/// May `target` be made, or replaced? Yes also where it stands because an earlier run had just made it.
 Status checkTarget(const std::string& target, bool overwrite);
+
+/// Errors: the folder that shall hold `target` has fewer than `bytes` free, less what an earlier run has
+/// written there already.
+Status checkRoom(const WorkFolder& work, uint64_t bytes);
 
 }  // namespace terrane

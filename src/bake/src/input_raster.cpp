@@ -260,10 +260,14 @@ Status readHeights(GDALDataset& dataset, const InputRaster& raster, int col, int
         raster.path, what, col, row, messages.reason("read error"));
   };
 
-  raw.resize(count);
+  // Values that floats hold are read as such, into their place.
+  const bool asFloats = raster.type == GDT_Byte || raster.type == GDT_Int16 || raster.type == GDT_UInt16 ||
+                        raster.type == GDT_Float32;
+  if (!asFloats) raw.resize(count);
+  void* into = asFloats ? static_cast<void*>(heights.data()) : raw.data();
   // note: some drivers report a read error and still return success, with zeros in place of the data.
-  if (band.RasterIO(GF_Read, col, row, cols, rows, raw.data(), cols, rows, GDT_Float64, 0, 0, nullptr) !=
-          CE_None ||
+  if (band.RasterIO(GF_Read, col, row, cols, rows, into, cols, rows, asFloats ? GDT_Float32 : GDT_Float64, 0,
+                    0, nullptr) != CE_None ||
       !messages.errors().empty()) {
     return fail("samples");
   }
@@ -276,10 +280,21 @@ Status readHeights(GDALDataset& dataset, const InputRaster& raster, int col, int
     }
   }
 
+  // Most rasters need none of this but the look for absurd values.
+  const bool plain =
+      asFloats && !raster.noData && !raster.mask && raster.heightScale == 1.0 && raster.heightOffset == 0.0;
+  if (plain) {
+    for (float& height : heights) {
+      const bool none = !(std::abs(height) < static_cast<float>(kAbsurdHeight));
+      height = none ? std::numeric_limits<float>::quiet_NaN() : height;
+    }
+    return {};
+  }
   for (size_t i = 0; i < count; ++i) {
-    const bool none = raster.isVoid(raw[i]) || (raster.mask && mask[i] == 0);
+    const double value = asFloats ? static_cast<double>(heights[i]) : raw[i];
+    const bool none = raster.isVoid(value) || (raster.mask && mask[i] == 0);
     heights[i] =
-        none ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(raster.metersFromRaw(raw[i]));
+        none ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(raster.metersFromRaw(value));
   }
   return {};
 }

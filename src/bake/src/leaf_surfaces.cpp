@@ -40,7 +40,11 @@ TileBisection makeBisection(int parity) {
   TileBisection out;
   for (int depth = 0; depth <= TileBisection::kDepth; ++depth) {
     auto& centers = out.centers[static_cast<size_t>(depth)];
-    for (const Triangle& t : triangles) centers.push_back({t.diamond.x - originX, t.diamond.y});
+    auto& apexes = out.apexes[static_cast<size_t>(depth)];
+    for (const Triangle& t : triangles) {
+      centers.push_back({t.diamond.x - originX, t.diamond.y});
+      apexes.push_back({t.apex.x - originX, t.apex.y});
+    }
     if (depth == TileBisection::kDepth) break;
 
     // Each triangle's halves have its hypotenuse's middle as apex and its legs' middles as centres.

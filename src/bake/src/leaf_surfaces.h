@@ -24,8 +24,9 @@ struct TileBisection {
     bool east = false;  ///< the half with the square's eastern side
   };
   std::array<Atom, kAtoms> atoms;
-  /// Tile-local centres of the triangles' diamonds, by depth.
+  /// Tile-local centres of the triangles' diamonds, and their apexes, by depth.
   std::array<std::vector<LatticePoint>, kDepth + 1> centers;
+  std::array<std::vector<LatticePoint>, kDepth + 1> apexes;
 
   /// The bisection of tiles whose col + row is even, or odd.
   static const TileBisection& of(TileId id);

@@ -22,6 +22,27 @@ int tileLevelOfNodes(int bintreeLevel) {
   return bintreeLevel < kFirstInnerNodeLevel ? 0 : (bintreeLevel - kFirstInnerNodeLevel) / 2;
 }
 
+/// What is already known of nodes that many tiles raise, so that a tile need not measure what cannot raise
+/// them. Only a help: what a tile leaves out, another one has told or will tell.
+class KnownErrors {
+ public:
+  /// Tiles of the finest level share the nodes of tiles four levels up; beyond some levels it is too much to
+  /// remember.
+  explicit KnownErrors(int finestLevel) : levels_(static_cast<size_t>(std::clamp(finestLevel - 3, 1, 7))) {
+    for (size_t level = 0; level < levels_.size(); ++level)
+      levels_[level].assign((size_t{1} << (2 * level)) * kMostNodes, 0.0F);
+  }
+  /// The node's known error, or null where nothing is remembered.
+  float* of(TileId tile, int node) {
+    if (static_cast<size_t>(tile.level) >= levels_.size()) return nullptr;
+    const auto index = (static_cast<size_t>(tile.row) << tile.level) + static_cast<size_t>(tile.col);
+    return &levels_[static_cast<size_t>(tile.level)][index * kMostNodes + static_cast<size_t>(node)];
+  }
+
+ private:
+  std::vector<std::vector<float>> levels_;
+};
+
 /// The patches' samples of a bintree level, as a lattice: its spacing is 2^shift of the leaf tile's cells.
 struct SurfaceLattice {
   int shift = 0;
@@ -34,6 +55,10 @@ SurfaceLattice surfaceOf(int bintreeLevel, int leafLevel) {
 }
 
 void raise(float& value, float candidate) {
+  if (candidate > value) value = candidate;
+}
+
+void raiseShared(float& value, float candidate) {
   std::atomic_ref<float> shared(value);
   float old = shared.load(std::memory_order_relaxed);
   while (old < candidate && !shared.compare_exchange_weak(old, candidate, std::memory_order_relaxed)) {
@@ -43,14 +68,24 @@ void raise(float& value, float candidate) {
 /// Measures the patches over one tile below which something is not stored.
 class LeafMeasurer {
  public:
-  explicit LeafMeasurer(Pyramid& pyramid) : pyramid_(pyramid) {}
+  LeafMeasurer(const Pyramid& pyramid, KnownErrors& known) : pyramid_(pyramid), known_(known) {}
 
-  Status measure(TileId id, int index) {
+  /// Gives the range of the tile's ground.
+  Result<GroundRange> measure(TileId id, int index, MeasuredNodes& out) {
+    out_ = &out;
+    out = {};
     id_ = id;
     leaf_ = id.level;
     TERRANE_TRY(readTile(index));
     findAncestors();
-    measureRange(index);
+    measureRange();
+    TERRANE_TRY(measureErrors());
+    return GroundRange{lowest_, highest_};
+  }
+
+ private:
+  Status measureErrors() {
+    const TileId id = id_;
     if (lowest_ > highest_) return {};  // no ground
     const TileBisection& bisection = TileBisection::of(id);
     coarseTriangles(bisection);
@@ -71,7 +106,7 @@ class LeafMeasurer {
         continue;
       }
       surfaces_.compare(surface.shift, surface.quincunx, corners, values_);
-      forEachTriangle(n, bisection, [&](float& node, size_t begin, size_t end) {
+      forEachTriangle(n, bisection, [&](float& node, float*, size_t begin, size_t end) {
         raise(node, *std::max_element(values_.begin() + static_cast<ptrdiff_t>(begin),
                                       values_.begin() + static_cast<ptrdiff_t>(end)) +
                         rounding);
@@ -80,12 +115,11 @@ class LeafMeasurer {
     return {};
   }
 
- private:
   Status readTile(int index) {
     const PyramidTile& tile = pyramid_.levels[static_cast<size_t>(leaf_)][static_cast<size_t>(index)];
     TERRANE_TRY(pyramid_.readHeights(tile, heights_));
     ground_ = heights_;
-    if (tile.states >= 0 && !tile.complete) {
+    if (tile.hasStates && !tile.complete) {
       TERRANE_TRY(pyramid_.readStates(tile, states_));
       for (size_t i = 0; i < kSamples; ++i) {
         if (states_[i] == SampleState::Void) ground_[i] = std::numeric_limits<float>::quiet_NaN();
@@ -106,17 +140,17 @@ class LeafMeasurer {
   }
 
   /// The ground's range in the tile's own quads; all coarser ranges follow from these.
-  void measureRange(int index) {
+  void measureRange() {
     surfaces_.range(low_, high_);
-    LevelNodes& nodes = pyramid_.nodes[static_cast<size_t>(leaf_)];
+    out_->low.fill(kInfinity);
+    out_->high.fill(-kInfinity);
     const TileBisection& bisection = TileBisection::of(id_);
-    const size_t first = static_cast<size_t>(index * nodes.nodesPerTile + nodeOffset(8, leaf_ == 0));
     lowest_ = kInfinity;
     highest_ = -kInfinity;
     for (size_t i = 0; i < low_.size(); ++i) {
-      const size_t node = first + static_cast<size_t>(bisection.atoms[i].square);
-      nodes.low[node] = std::min(nodes.low[node], low_[i]);
-      nodes.high[node] = std::max(nodes.high[node], high_[i]);
+      const auto quad = static_cast<size_t>(bisection.atoms[i].square);
+      out_->low[quad] = std::min(out_->low[quad], low_[i]);
+      out_->high[quad] = std::max(out_->high[quad], high_[i]);
       lowest_ = std::min(lowest_, low_[i]);
       highest_ = std::max(highest_, high_[i]);
     }
@@ -200,28 +234,30 @@ class LeafMeasurer {
     return {};
   }
 
-  /// Calls visit(node's error, first atom, end of atoms) for the tile's part of every triangle of bintree
-  /// level n.
+  /// Calls visit(error, what is known of the node or null, first atom, end of atoms) for the tile's part of
+  /// every triangle of bintree level n.
   template <class Visit>
   void forEachTriangle(int n, const TileBisection& bisection, Visit&& visit) {
-    const int level = tileLevelOfNodes(n);
-    LevelNodes& nodes = pyramid_.nodes[static_cast<size_t>(level)];
-    const TileId tile = id_.ancestor(level);
-    const size_t first = ancestors_[static_cast<size_t>(level)] * static_cast<size_t>(nodes.nodesPerTile);
-    const int shift = leaf_ - level;
     const int depth = std::max(0, n - 2 * leaf_);
     const size_t atomsEach = size_t{1} << (TileBisection::kDepth - depth);
     for (size_t t = 0; t * atomsEach < TileBisection::kAtoms; ++t) {
-      LatticePoint center;
-      if (n >= 2 * leaf_) {
+      float* error = nullptr;
+      float* known = nullptr;
+      if (n - 2 * leaf_ == RisingErrors::kDepths) {
         const LatticePoint local = bisection.centers[static_cast<size_t>(depth)][t];
-        center = {id_.col * kTileCells + local.x, id_.row * kTileCells + local.y};
+        error = &out_->error[static_cast<size_t>(nodeIndex(depth, local.x, local.y, leaf_ == 0))];
+      } else if (n >= 2 * leaf_) {
+        error = out_->rising.atDepth(depth) + t;
       } else {
-        center = coarse_[static_cast<size_t>(2 * leaf_ - 1 - n)][t];
+        error = &out_->rising.coarse[static_cast<size_t>(n)][t];
+        const int level = tileLevelOfNodes(n);
+        const int shift = leaf_ - level;
+        const TileId tile = id_.ancestor(level);
+        const LatticePoint center = coarse_[static_cast<size_t>(2 * leaf_ - 1 - n)][t];
+        known = known_.of(tile, nodeIndex(n - 2 * level, (center.x >> shift) - tile.col * kTileCells,
+                                          (center.y >> shift) - tile.row * kTileCells, level == 0));
       }
-      const int node = nodeIndex(n - 2 * level, (center.x >> shift) - tile.col * kTileCells,
-                                 (center.y >> shift) - tile.row * kTileCells, level == 0);
-      visit(nodes.error[first + static_cast<size_t>(node)], t * atomsEach, (t + 1) * atomsEach);
+      visit(*error, known, t * atomsEach, (t + 1) * atomsEach);
     }
   }
 
@@ -230,12 +266,14 @@ class LeafMeasurer {
   void measureWhereNeeded(int n, float rounding, const TileBisection& bisection) {
     for (size_t i = 0; i < TileBisection::kAtoms; ++i)
       values_[i] = largestPossible(bisection.atoms[i], i) + rounding;
-    forEachTriangle(n, bisection, [&](float& node, size_t begin, size_t end) {
+    forEachTriangle(n, bisection, [&](float& node, float* shared, size_t begin, size_t end) {
       // note: rounding once more, so that what is left out could not have raised the error by a last bit.
       const auto measure = [&](size_t i) {
-        const float known = std::atomic_ref<float>(node).load(std::memory_order_relaxed);
-        if (values_[i] + rounding <= known) return;
+        const float known =
+            shared == nullptr ? node : std::atomic_ref<float>(*shared).load(std::memory_order_relaxed);
+        if (values_[i] + rounding <= std::max(node, known)) return;
         raise(node, surfaces_.compareAtom(bisection.atoms[i], squareCorners_) + rounding);
+        if (shared != nullptr) raiseShared(*shared, node);
       };
       const auto first = values_.begin() + static_cast<ptrdiff_t>(begin);
       const auto best = std::max_element(first, values_.begin() + static_cast<ptrdiff_t>(end));
@@ -259,7 +297,9 @@ class LeafMeasurer {
     return std::max(high_[index] - std::min({a, b, c}), std::max({a, b, c}) - low_[index]);
   }
 
-  Pyramid& pyramid_;
+  const Pyramid& pyramid_;
+  KnownErrors& known_;
+  MeasuredNodes* out_ = nullptr;
   LeafSurfaces surfaces_;
   TileId id_;
   int leaf_ = 0;
@@ -280,25 +320,15 @@ class LeafMeasurer {
 
 }  // namespace
 
-Status measureNodes(Pyramid& pyramid, const Workers& workers, Progress& progress) {
-  for (int level = 0; level <= pyramid.finestLevel(); ++level) {
-    LevelNodes& nodes = pyramid.nodes[static_cast<size_t>(level)];
-    nodes.nodesPerTile = tileNodeCount(level == 0);
-    const size_t count =
-        pyramid.levels[static_cast<size_t>(level)].size() * static_cast<size_t>(nodes.nodesPerTile);
-    nodes.error.assign(count, 0.0F);
-    nodes.low.assign(count, kInfinity);
-    nodes.high.assign(count, -kInfinity);
-  }
-
+Result<GroundRange> measureNodes(Pyramid& pyramid, NodeStores& stores, Jobs& jobs, Progress& progress) {
   // Tiles with a quadrant that nothing stored refines, the finest first.
-  struct Job {
+  struct Leaf {
     int level;
     int index;
   };
-  std::vector<Job> jobs;
+  std::vector<Leaf> leaves;
   for (int level = pyramid.finestLevel(); level >= 0; --level) {
-    const auto& tiles = pyramid.levels[static_cast<size_t>(level)];
+    auto& tiles = pyramid.levels[static_cast<size_t>(level)];
     for (size_t i = 0; i < tiles.size(); ++i) {
       if (!tiles[i].stored) continue;
       const bool refined =
@@ -306,18 +336,35 @@ Status measureNodes(Pyramid& pyramid, const Workers& workers, Progress& progress
             return child >= 0 &&
                    pyramid.levels[static_cast<size_t>(level) + 1][static_cast<size_t>(child)].stored;
           });
-      if (!refined) jobs.push_back({level, static_cast<int>(i)});
+      tiles[i].measured = !refined;
+      if (!refined) leaves.push_back({level, static_cast<int>(i)});
     }
   }
-  progress.beginStage("errors", static_cast<int64_t>(jobs.size()), "tiles");
-  std::vector<LeafMeasurer> measurers(static_cast<size_t>(workers.count()), LeafMeasurer(pyramid));
-  return workers.forEach(static_cast<int64_t>(jobs.size()), [&](int worker, int64_t i) -> Status {
-    const Job job = jobs[static_cast<size_t>(i)];
-    const TileId id = pyramid.levels[static_cast<size_t>(job.level)][static_cast<size_t>(job.index)].id;
-    TERRANE_TRY(measurers[static_cast<size_t>(worker)].measure(id, job.index));
-    progress.advance(1);
-    return {};
-  });
+
+  progress.beginStage("errors", static_cast<int64_t>(leaves.size()), "tiles");
+  KnownErrors known(pyramid.finestLevel());
+  std::vector<LeafMeasurer> measurers(static_cast<size_t>(jobs.workers().count()),
+                                      LeafMeasurer(pyramid, known));
+  std::vector<MeasuredNodes> results(measurers.size());
+  const auto ranges = jobs.run<GroundRange>(
+      "errors", static_cast<int64_t>(leaves.size()), &progress,
+      [&](int worker, int64_t i) -> Result<GroundRange> {
+        const Leaf leaf = leaves[static_cast<size_t>(i)];
+        const PyramidTile& tile =
+            pyramid.levels[static_cast<size_t>(leaf.level)][static_cast<size_t>(leaf.index)];
+        MeasuredNodes& measured = results[static_cast<size_t>(worker)];
+        TERRANE_ASSIGN(const GroundRange range,
+                       measurers[static_cast<size_t>(worker)].measure(tile.id, leaf.index, measured));
+        TERRANE_TRY(stores.measured.writeValue(static_cast<uint64_t>(tile.block), measured));
+        return range;
+      });
+  if (!ranges.ok()) return ranges.error();
+  GroundRange all{kInfinity, -kInfinity};
+  for (const GroundRange& range : *ranges) {
+    all.low = std::min(all.low, range.low);
+    all.high = std::max(all.high, range.high);
+  }
+  return all;
 }
 
 }  // namespace terrane

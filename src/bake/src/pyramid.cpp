@@ -4,11 +4,13 @@
 
 namespace terrane {
 
-Pyramid::Pyramid(int finestLevel, uint64_t memoryBytes, const std::string& scratchFolder)
+Pyramid::Pyramid(int finestLevel, const Scratch& scratch)
     : levels(static_cast<size_t>(finestLevel) + 1),
       nodes(static_cast<size_t>(finestLevel) + 1),
-      heights_(kTileSampleCount * sizeof(float), memoryBytes / 5 * 4, scratchFolder),
-      states_(kTileSampleCount * sizeof(SampleState), memoryBytes / 5, scratchFolder) {}
+      raw_(kTileSampleCount * sizeof(float), scratch, "raw"),
+      filled_(kTileSampleCount * sizeof(float), scratch, "filled"),
+      states_(kTileSampleCount * sizeof(SampleState), scratch, "states"),
+      coverage_(Coverage::kBytes, scratch, "coverage") {}
 
 int Pyramid::find(TileId id) const {
   const auto& tiles = levels[static_cast<size_t>(id.level)];
@@ -48,38 +50,57 @@ bool Pyramid::isStored(TileId id) const {
   return index >= 0 && levels[static_cast<size_t>(id.level)][static_cast<size_t>(index)].stored;
 }
 
-Status Pyramid::readHeights(const PyramidTile& tile, std::span<float> heights) const {
-  return heights_.readValues<float>(static_cast<uint64_t>(tile.heights), heights);
+Status Pyramid::readRawHeights(const PyramidTile& tile, std::span<float> heights) const {
+  return raw_.readValues<float>(static_cast<uint64_t>(tile.block), heights);
 }
 
-Status Pyramid::writeHeights(PyramidTile& tile, std::span<const float> heights) {
-  if (tile.heights < 0) tile.heights = nextHeights_.fetch_add(1);
-  return heights_.writeValues<float>(static_cast<uint64_t>(tile.heights), heights);
+Status Pyramid::writeRawHeights(const PyramidTile& tile, std::span<const float> heights) {
+  return raw_.writeValues<float>(static_cast<uint64_t>(tile.block), heights);
+}
+
+Status Pyramid::readHeights(const PyramidTile& tile, std::span<float> heights) const {
+  return (tile.filled ? filled_ : raw_).readValues<float>(static_cast<uint64_t>(tile.block), heights);
+}
+
+Status Pyramid::writeFilledHeights(const PyramidTile& tile, std::span<const float> heights) {
+  return filled_.writeValues<float>(static_cast<uint64_t>(tile.block), heights);
 }
 
 Result<float> Pyramid::readHeight(const PyramidTile& tile, int x, int y) const {
   float height = 0.0F;
   const size_t offset = static_cast<size_t>(y * kTileSamples + x) * sizeof(float);
-  TERRANE_TRY(heights_.read(static_cast<uint64_t>(tile.heights),
-                            std::as_writable_bytes(std::span(&height, 1)), offset));
+  TERRANE_TRY(
+      (tile.filled ? filled_ : raw_)
+          .read(static_cast<uint64_t>(tile.block), std::as_writable_bytes(std::span(&height, 1)), offset));
   return height;
 }
 
 Status Pyramid::readStates(const PyramidTile& tile, std::span<SampleState> states) const {
-  if (tile.states >= 0) return states_.readValues<SampleState>(static_cast<uint64_t>(tile.states), states);
+  if (tile.hasStates) return states_.readValues<SampleState>(static_cast<uint64_t>(tile.block), states);
   std::fill(states.begin(), states.end(), SampleState::Coded);
   return {};
 }
 
-Status Pyramid::writeStates(PyramidTile& tile, std::span<const SampleState> states) {
-  if (tile.states < 0) tile.states = nextStates_.fetch_add(1);
-  return states_.writeValues<SampleState>(static_cast<uint64_t>(tile.states), states);
+Status Pyramid::writeStates(const PyramidTile& tile, std::span<const SampleState> states) {
+  return states_.writeValues<SampleState>(static_cast<uint64_t>(tile.block), states);
+}
+
+Status Pyramid::readCoverage(const PyramidTile& tile, Coverage& coverage) const {
+  coverage.kind = tile.coverage;
+  coverage.bits.clear();
+  if (tile.coverage != Coverage::Kind::Partial) return {};
+  coverage.bits.resize(Coverage::kBytes);
+  return coverage_.readValues<uint8_t>(static_cast<uint64_t>(tile.block), coverage.bits);
+}
+
+Status Pyramid::writeCoverageBits(const PyramidTile& tile, std::span<const uint8_t> bits) {
+  return coverage_.writeValues<uint8_t>(static_cast<uint64_t>(tile.block), bits);
 }
 
 Status Pyramid::readSamples(const PyramidTile& tile, TileSamples& samples) const {
   samples.heights.resize(kTileSampleCount);
   samples.states.resize(kTileSampleCount);
-  samples.coverage = tile.coverage;
+  TERRANE_TRY(readCoverage(tile, samples.coverage));
   TERRANE_TRY(readHeights(tile, samples.heights));
   return readStates(tile, samples.states);
 }

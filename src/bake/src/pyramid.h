@@ -1,9 +1,7 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,22 +13,25 @@
 
 namespace terrane {
 
-/// A tile while a dataset is made or checked. Its samples live in the Pyramid's stores.
+/// A tile while a dataset is made or checked. What is large of it lies in the Pyramid's stores.
 struct PyramidTile {
   TileId id;
   std::array<int32_t, 4> children{-1, -1, -1, -1};  ///< indices on the next level, -1: not here
-  int64_t heights = -1;                             ///< block of its heights
-  int64_t states = -1;                              ///< block of its sample states; -1: all Coded
+  int64_t block = -1;                               ///< its number in all stores
+  bool filled = false;                              ///< its final heights are not its raw ones
+  bool hasStates = false;                           ///< false: all samples are Coded
   bool complete = false;                            ///< no sample is Void
   bool hasNeeds = false;                            ///< of the finest level, while that is read
   bool rough = false;                               ///< surely not what interpolation makes of its parent
-  Coverage coverage;
+  Coverage::Kind coverage = Coverage::Kind::None;
   bool significant = true;  ///< not what interpolation makes of its parent
   bool stored = true;       ///< false: it and all below it are what interpolation makes of its parent
+  bool measured = false;    ///< its own samples were measured (measureNodes())
+  ChildSummary nodes;       ///< all of its nodes' codes together, for its parent
 };
 
-/// The error and height range of every node of a level's tiles: tile i has the nodes from i * nodesPerTile.
-/// Metres at first, then codes.
+/// The error and height range of every node of a level's tiles, in memory: tile i has the nodes from
+/// i * nodesPerTile. For checks; a build keeps them in stores (NodeStores).
 struct LevelNodes {
   int nodesPerTile = 0;
   std::vector<float> error;  ///< largest |patch - finest ground sample|; 0 where nothing was measured
@@ -43,10 +44,11 @@ struct LevelNodes {
 };
 
 /// All tiles that hold data, from the root to the finest level: which there are, and their samples. Reading
-/// and writing different tiles' samples may happen side by side.
+/// and writing different tiles' samples may happen side by side. In memory there are some hundred bytes a
+/// tile.
 class Pyramid {
  public:
-  Pyramid(int finestLevel, uint64_t memoryBytes, const std::string& scratchFolder);
+  Pyramid(int finestLevel, const Scratch& scratch);
 
   int finestLevel() const { return static_cast<int>(levels.size()) - 1; }
   /// The index of a tile on its level, or -1.
@@ -63,24 +65,31 @@ class Pyramid {
   /// Is there a stored tile?
   bool isStored(TileId id) const;
 
+  /// Raw heights: as the inputs have them, NaN where they have none.
+  Status readRawHeights(const PyramidTile& tile, std::span<float> heights) const;
+  Status writeRawHeights(const PyramidTile& tile, std::span<const float> heights);
+  /// Final heights: the raw ones where nothing was `filled`. note: they never overwrite raw ones, so that a
+  /// step that was killed can be done again.
   Status readHeights(const PyramidTile& tile, std::span<float> heights) const;
-  Status writeHeights(PyramidTile& tile, std::span<const float> heights);
+  Status writeFilledHeights(const PyramidTile& tile, std::span<const float> heights);
   /// One sample of a tile.
   Result<float> readHeight(const PyramidTile& tile, int x, int y) const;
   Status readStates(const PyramidTile& tile, std::span<SampleState> states) const;
-  Status writeStates(PyramidTile& tile, std::span<const SampleState> states);
+  Status writeStates(const PyramidTile& tile, std::span<const SampleState> states);
+  Status readCoverage(const PyramidTile& tile, Coverage& coverage) const;
+  Status writeCoverageBits(const PyramidTile& tile, std::span<const uint8_t> bits);
   /// All of a tile's samples; sizes the arrays.
   Status readSamples(const PyramidTile& tile, TileSamples& samples) const;
 
   /// Tiles by level, in the order of TileId.
   std::vector<std::vector<PyramidTile>> levels;
-  std::vector<LevelNodes> nodes;
+  std::vector<LevelNodes> nodes;  ///< for checks only
 
  private:
-  BlockStore heights_;
+  BlockStore raw_;
+  BlockStore filled_;
   BlockStore states_;
-  std::atomic<int64_t> nextHeights_{0};
-  std::atomic<int64_t> nextStates_{0};
+  BlockStore coverage_;
 };
 
 }  // namespace terrane

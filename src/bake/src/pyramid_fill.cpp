@@ -12,7 +12,7 @@ namespace {
 
 constexpr auto kSamples = static_cast<size_t>(kTileSampleCount);
 
-struct Scratch {
+struct WorkerScratch {
   std::vector<float> raw = std::vector<float>(kSamples);
   std::vector<SampleState> rawStates = std::vector<SampleState>(kSamples);
   TileSamples parent;
@@ -87,18 +87,27 @@ void interpolateRanks(const std::vector<uint16_t>& parent, int quadrant, std::ve
   }
 }
 
+/// What became of a tile.
+struct Outcome {
+  bool filled = false;
+  bool hasStates = false;
+};
+
+/// What became of a parent's children.
+using FamilyOutcome = std::array<Outcome, 4>;
+
 /// Finishes one tile below a finished parent.
 class TileFiller {
  public:
   TileFiller(Pyramid& pyramid, RankStores* ranks, std::vector<int> nativeLevels)
       : pyramid_(pyramid), ranks_(ranks), nativeLevels_(std::move(nativeLevels)) {}
 
-  Status fill(PyramidTile& tile, const PyramidTile& parent, Scratch& scratch) const {
+  Result<Outcome> fill(const PyramidTile& tile, const PyramidTile& parent, WorkerScratch& scratch) const {
     // With data everywhere and inputs of one level there is nothing to fill.
-    if (ranks_ == nullptr && tile.complete) return {};
+    if (ranks_ == nullptr && tile.complete) return Outcome{tile.filled, tile.hasStates};
     const int quadrant = tile.id.quadrant();
     TERRANE_TRY(pyramid_.readSamples(parent, scratch.parent));
-    TERRANE_TRY(pyramid_.readHeights(tile, scratch.raw));
+    TERRANE_TRY(pyramid_.readRawHeights(tile, scratch.raw));
     TERRANE_TRY(pyramid_.readStates(tile, scratch.rawStates));
     if (ranks_ != nullptr) TERRANE_TRY(readRanks(tile, parent, quadrant, scratch));
 
@@ -122,9 +131,10 @@ class TileFiller {
         allCoded &= state == SampleState::Coded;
       }
     }
-    TERRANE_TRY(pyramid_.writeHeights(tile, samples.heights));
+    // note: states are overwritten, but those that are read keep their value: done again, it is the same.
+    TERRANE_TRY(pyramid_.writeFilledHeights(tile, samples.heights));
     if (!allCoded) TERRANE_TRY(pyramid_.writeStates(tile, samples.states));
-    return {};
+    return Outcome{true, !allCoded};
   }
 
  private:
@@ -133,9 +143,10 @@ class TileFiller {
   }
 
   /// Which inputs' data meet here: the tile's own, and those of all coarser levels together.
-  Status readRanks(const PyramidTile& tile, const PyramidTile& parent, int quadrant, Scratch& scratch) const {
-    const auto block = static_cast<uint64_t>(tile.heights);
-    const auto parentBlock = static_cast<uint64_t>(parent.heights);
+  Status readRanks(const PyramidTile& tile, const PyramidTile& parent, int quadrant,
+                   WorkerScratch& scratch) const {
+    const auto block = static_cast<uint64_t>(tile.block);
+    const auto parentBlock = static_cast<uint64_t>(parent.block);
     TERRANE_TRY(ranks_->raw.readValues<uint16_t>(block, scratch.rawRanks));
     if (parent.id.isRoot()) {
       std::fill(scratch.parentRanks.begin(), scratch.parentRanks.end(), uint16_t{0});
@@ -159,40 +170,67 @@ class TileFiller {
 
 }  // namespace
 
-Status fillTiles(const Source& source, Pyramid& pyramid, RankStores* ranks, float cornerHeight,
-                 const Workers& workers, Progress& progress) {
+Status fillTiles(const Source& source, Pyramid& pyramid, RankStores* ranks, float cornerHeight, Jobs& jobs,
+                 Progress& progress) {
   int64_t tiles = 0;
   for (const auto& level : pyramid.levels) tiles += static_cast<int64_t>(level.size());
   progress.beginStage("filling", tiles, "tiles");
 
   PyramidTile& root = pyramid.levels[0][0];
   if (!root.complete) {
-    std::vector<float> heights(kSamples);
-    std::vector<SampleState> states(kSamples);
-    TERRANE_TRY(pyramid.readHeights(root, heights));
-    TERRANE_TRY(pyramid.readStates(root, states));
-    fillRoot(heights, states, cornerHeight);
-    TERRANE_TRY(pyramid.writeHeights(root, heights));
-    TERRANE_TRY(pyramid.writeStates(root, states));
+    const Status rootDone = jobs.run("filling 0", 1, nullptr, [&](int, int64_t) -> Status {
+      std::vector<float> heights(kSamples);
+      std::vector<SampleState> states(kSamples);
+      TERRANE_TRY(pyramid.readRawHeights(root, heights));
+      TERRANE_TRY(pyramid.readStates(root, states));
+      fillRoot(heights, states, cornerHeight);
+      TERRANE_TRY(pyramid.writeFilledHeights(root, heights));
+      return pyramid.writeStates(root, states);
+    });
+    TERRANE_TRY(rootDone);
+    root.filled = true;
+    root.hasStates = true;
   }
   progress.advance(1);
 
-  std::vector<Scratch> scratches(static_cast<size_t>(workers.count()));
+  std::vector<WorkerScratch> scratches(static_cast<size_t>(jobs.workers().count()));
   const TileFiller filler(pyramid, ranks, source.nativeLevels());
   for (size_t level = 1; level < pyramid.levels.size(); ++level) {
-    auto& parents = pyramid.levels[level - 1];
-    const Status done =
-        workers.forEach(static_cast<int64_t>(parents.size()), [&](int worker, int64_t i) -> Status {
-          const PyramidTile& parent = parents[static_cast<size_t>(i)];
-          for (const int32_t child : parent.children) {
+    // A parent's children together. Families in which there is nothing to do are no jobs.
+    const auto& above = pyramid.levels[level - 1];
+    auto& below = pyramid.levels[level];
+    std::vector<const PyramidTile*> parents;
+    int64_t members = 0;
+    for (const PyramidTile& parent : above) {
+      const bool toDo = std::any_of(parent.children.begin(), parent.children.end(), [&](int32_t child) {
+        return child >= 0 && (ranks != nullptr || !below[static_cast<size_t>(child)].complete);
+      });
+      if (toDo) parents.push_back(&parent);
+      for (const int32_t child : parent.children) members += child >= 0 ? 1 : 0;
+    }
+    const auto outcomes = jobs.run<FamilyOutcome>(
+        fmt::format("filling {}", level), static_cast<int64_t>(parents.size()), nullptr,
+        [&](int worker, int64_t i) -> Result<FamilyOutcome> {
+          const PyramidTile& parent = *parents[static_cast<size_t>(i)];
+          FamilyOutcome family;
+          for (size_t quadrant = 0; quadrant < 4; ++quadrant) {
+            const int32_t child = parent.children[quadrant];
             if (child < 0) continue;
-            PyramidTile& tile = pyramid.levels[level][static_cast<size_t>(child)];
-            TERRANE_TRY(filler.fill(tile, parent, scratches[static_cast<size_t>(worker)]));
-            progress.advance(1);
+            TERRANE_ASSIGN(family[quadrant], filler.fill(below[static_cast<size_t>(child)], parent,
+                                                         scratches[static_cast<size_t>(worker)]));
           }
-          return {};
+          return family;
         });
-    TERRANE_TRY(done);
+    if (!outcomes.ok()) return outcomes.error();
+    for (size_t i = 0; i < parents.size(); ++i) {
+      for (size_t quadrant = 0; quadrant < 4; ++quadrant) {
+        const int32_t child = parents[i]->children[quadrant];
+        if (child < 0) continue;
+        below[static_cast<size_t>(child)].filled = (*outcomes)[i][quadrant].filled;
+        below[static_cast<size_t>(child)].hasStates = (*outcomes)[i][quadrant].hasStates;
+      }
+    }
+    progress.advance(members);
   }
   return {};
 }

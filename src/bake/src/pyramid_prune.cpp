@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 
 #include "pyramid_steps.h"
 #include "terrane/codec/elevation_codec.h"
@@ -7,7 +8,7 @@ namespace terrane {
 
 namespace {
 
-struct Scratch {
+struct WorkerScratch {
   TileSamples own;
   TileSamples parent;
 };
@@ -18,7 +19,7 @@ bool sameCoverage(const Coverage& a, const Coverage& b) {
 
 /// Is the tile what interpolation makes of its parent? A coded sample that has the interpolated height and
 /// is ground either way is no difference.
-bool isInterpolated(const Scratch& scratch, int quadrant) {
+bool isInterpolated(const WorkerScratch& scratch, int quadrant) {
   const TileSamples expected = interpolateSamples(scratch.parent, quadrant);
   const auto isGround = [](SampleState state) { return state != SampleState::Void; };
   return expected.heights == scratch.own.heights && sameCoverage(expected.coverage, scratch.own.coverage) &&
@@ -52,29 +53,41 @@ void decideStored(Pyramid& pyramid, int level) {
 
 }  // namespace
 
-Status pruneTiles(Pyramid& pyramid, const Workers& workers) {
-  std::vector<Scratch> scratches(static_cast<size_t>(workers.count()));
+Status pruneTiles(Pyramid& pyramid, Jobs& jobs) {
+  std::vector<WorkerScratch> scratches(static_cast<size_t>(jobs.workers().count()));
   for (int level = pyramid.finestLevel(); level >= 1; --level) {
-    auto& parents = pyramid.levels[static_cast<size_t>(level) - 1];
+    // A parent's children together; where all are rough there is nothing to ask.
+    const auto& above = pyramid.levels[static_cast<size_t>(level) - 1];
     auto& tiles = pyramid.levels[static_cast<size_t>(level)];
-    const Status done =
-        workers.forEach(static_cast<int64_t>(parents.size()), [&](int worker, int64_t i) -> Status {
-          Scratch& scratch = scratches[static_cast<size_t>(worker)];
-          const PyramidTile& parent = parents[static_cast<size_t>(i)];
-          bool parentRead = false;
-          for (int quadrant = 0; quadrant < 4; ++quadrant) {
-            const int32_t child = parent.children[static_cast<size_t>(quadrant)];
-            if (child < 0) continue;
-            PyramidTile& tile = tiles[static_cast<size_t>(child)];
-            if (tile.rough) continue;
-            if (!parentRead) TERRANE_TRY(pyramid.readSamples(parent, scratch.parent));
-            parentRead = true;
-            TERRANE_TRY(pyramid.readSamples(tile, scratch.own));
-            tile.significant = !isInterpolated(scratch, quadrant);
+    std::vector<const PyramidTile*> parents;
+    for (const PyramidTile& parent : above) {
+      if (std::any_of(parent.children.begin(), parent.children.end(),
+                      [&](int32_t child) { return child >= 0 && !tiles[static_cast<size_t>(child)].rough; }))
+        parents.push_back(&parent);
+    }
+    using Significant = std::array<bool, 4>;
+    const auto outcomes = jobs.run<Significant>(
+        fmt::format("pruning {}", level), static_cast<int64_t>(parents.size()), nullptr,
+        [&](int worker, int64_t i) -> Result<Significant> {
+          WorkerScratch& scratch = scratches[static_cast<size_t>(worker)];
+          const PyramidTile& parent = *parents[static_cast<size_t>(i)];
+          Significant significant{true, true, true, true};
+          TERRANE_TRY(pyramid.readSamples(parent, scratch.parent));
+          for (size_t quadrant = 0; quadrant < 4; ++quadrant) {
+            const int32_t child = parent.children[quadrant];
+            if (child < 0 || tiles[static_cast<size_t>(child)].rough) continue;
+            TERRANE_TRY(pyramid.readSamples(tiles[static_cast<size_t>(child)], scratch.own));
+            significant[quadrant] = !isInterpolated(scratch, static_cast<int>(quadrant));
           }
-          return {};
+          return significant;
         });
-    TERRANE_TRY(done);
+    if (!outcomes.ok()) return outcomes.error();
+    for (size_t i = 0; i < parents.size(); ++i) {
+      for (size_t quadrant = 0; quadrant < 4; ++quadrant) {
+        const int32_t child = parents[i]->children[quadrant];
+        if (child >= 0) tiles[static_cast<size_t>(child)].significant = (*outcomes)[i][quadrant];
+      }
+    }
     decideStored(pyramid, level);
   }
   return {};

@@ -16,7 +16,7 @@ constexpr auto kSamples = static_cast<size_t>(kTileSampleCount);
 constexpr double kLargestInteger = 16777215.0;
 
 /// What one worker needs for one tile.
-struct Scratch {
+struct WorkerScratch {
   std::unique_ptr<SourceReader> reader;
   std::vector<float> heights = std::vector<float>(kSamples);
   std::vector<float> nativeHeights = std::vector<float>(kSamples);
@@ -31,11 +31,22 @@ struct Scratch {
 
 /// What became of one candidate.
 struct Outcome {
-  PyramidTile tile;
-  bool active = false;
-  bool hasData = false;
   double sum = 0.0;
   int64_t samples = 0;
+  bool active = false;
+  bool hasData = false;
+  bool complete = false;
+  bool rough = false;
+  bool hasStates = false;
+  bool hasNeeds = false;
+  uint16_t unused = 0;
+};
+
+/// A candidate and its outcome.
+struct Candidate {
+  TileId id;
+  int64_t block = 0;
+  Outcome outcome;
 };
 
 /// Puts heights on the step; what is not finite becomes none. Gives the largest step number in size.
@@ -98,14 +109,14 @@ std::vector<TileId> candidatesOf(int level, bool native, const Source& source, c
 
 /// Empty tiles around those with data, where they are not there yet. note: the diamonds on a tile's border
 /// have a half in the neighbour, which must be there for them to split, ground or not.
-std::vector<TileId> neighboursOf(const std::vector<Outcome>& outcomes) {
+std::vector<TileId> neighboursOf(const std::vector<Candidate>& candidates) {
   std::vector<TileId> there, out;
-  for (const Outcome& outcome : outcomes) {
-    if (outcome.active) there.push_back(outcome.tile.id);
+  for (const Candidate& candidate : candidates) {
+    if (candidate.outcome.active) there.push_back(candidate.id);
   }
-  for (const Outcome& outcome : outcomes) {
-    if (!outcome.hasData) continue;
-    const TileId id = outcome.tile.id;
+  for (const Candidate& candidate : candidates) {
+    if (!candidate.outcome.hasData) continue;
+    const TileId id = candidate.id;
     for (int row = id.row - 1; row <= id.row + 1; ++row) {
       for (int col = id.col - 1; col <= id.col + 1; ++col) {
         const TileId neighbour{id.level, col, row};
@@ -126,8 +137,8 @@ class RawTileMaker {
                NeedStore* needs)
       : source_(source), scale_(scale), pyramid_(pyramid), ranks_(ranks), needs_(needs) {}
 
-  Status make(TileId id, bool native, Scratch& scratch, Outcome& outcome) const {
-    outcome.tile.id = id;
+  Status make(const PyramidTile& tile, bool native, WorkerScratch& scratch, Outcome& outcome) const {
+    const TileId id = tile.id;
     std::fill(scratch.heights.begin(), scratch.heights.end(), kNone);
     if (ranks_ != nullptr) std::fill(scratch.ranks.begin(), scratch.ranks.end(), uint16_t{0});
 
@@ -139,11 +150,11 @@ class RawTileMaker {
       const PyramidTile& child =
           pyramid_.levels[static_cast<size_t>(id.level) + 1][static_cast<size_t>(index)];
       outcome.active = true;
-      TERRANE_TRY(pyramid_.readHeights(child, scratch.childHeights));
+      TERRANE_TRY(pyramid_.readRawHeights(child, scratch.childHeights));
       decimate(scratch.childHeights, quadrant, scratch.heights);
       TERRANE_TRY(takeStates(child, quadrant, scratch, anyStates));
       if (ranks_ == nullptr) continue;
-      TERRANE_TRY(ranks_->raw.readValues<uint16_t>(static_cast<uint64_t>(child.heights), scratch.childRanks));
+      TERRANE_TRY(ranks_->raw.readValues<uint16_t>(static_cast<uint64_t>(child.block), scratch.childRanks));
       decimate(scratch.childRanks, quadrant, scratch.ranks);
     }
 
@@ -153,22 +164,24 @@ class RawTileMaker {
     if (!outcome.active) return {};
 
     const auto isNone = [](float height) { return std::isnan(height); };
-    outcome.tile.complete = std::none_of(scratch.heights.begin(), scratch.heights.end(), isNone);
+    outcome.complete = std::none_of(scratch.heights.begin(), scratch.heights.end(), isNone);
     outcome.hasData =
-        outcome.tile.complete || !std::all_of(scratch.heights.begin(), scratch.heights.end(), isNone);
-    outcome.tile.rough = ranks_ == nullptr && isRough(scratch.heights);
-    TERRANE_TRY(pyramid_.writeHeights(outcome.tile, scratch.heights));
+        outcome.complete || !std::all_of(scratch.heights.begin(), scratch.heights.end(), isNone);
+    outcome.rough = ranks_ == nullptr && isRough(scratch.heights);
+    TERRANE_TRY(pyramid_.writeRawHeights(tile, scratch.heights));
     if (anyStates && std::find(scratch.states.begin(), scratch.states.end(), SampleState::Interpolated) !=
-                         scratch.states.end())
-      TERRANE_TRY(pyramid_.writeStates(outcome.tile, scratch.states));
+                         scratch.states.end()) {
+      TERRANE_TRY(pyramid_.writeStates(tile, scratch.states));
+      outcome.hasStates = true;
+    }
     if (outcome.hasData && needs_ != nullptr && id.level == pyramid_.finestLevel()) {
       std::array<uint8_t, kSampleBitsBytes> bits;
       findNeeded(scratch.given, scratch.heights, needs_->maxErrorMeters, bits);
-      TERRANE_TRY(needs_->bits.writeValues<uint8_t>(static_cast<uint64_t>(outcome.tile.heights), bits));
-      outcome.tile.hasNeeds = true;
+      TERRANE_TRY(needs_->bits.writeValues<uint8_t>(static_cast<uint64_t>(tile.block), bits));
+      outcome.hasNeeds = true;
     }
     if (ranks_ == nullptr) return {};
-    const auto block = static_cast<uint64_t>(outcome.tile.heights);
+    const auto block = static_cast<uint64_t>(tile.block);
     TERRANE_TRY(ranks_->raw.writeValues<uint16_t>(block, scratch.ranks));
     if (!native) return {};
     if (!touched) std::fill(scratch.nativeRanks.begin(), scratch.nativeRanks.end(), uint16_t{0});
@@ -177,8 +190,8 @@ class RawTileMaker {
 
  private:
   /// A child's states into its quadrant, where it or a sibling before it has other states than Coded.
-  Status takeStates(const PyramidTile& child, int quadrant, Scratch& scratch, bool& takenAny) const {
-    if (child.states < 0 && !takenAny) return {};
+  Status takeStates(const PyramidTile& child, int quadrant, WorkerScratch& scratch, bool& takenAny) const {
+    if (!child.hasStates && !takenAny) return {};
     if (!takenAny) std::fill(scratch.states.begin(), scratch.states.end(), SampleState::Coded);
     takenAny = true;
     TERRANE_TRY(pyramid_.readStates(child, scratch.childStates));
@@ -186,7 +199,7 @@ class RawTileMaker {
     return {};
   }
 
-  Status overlay(TileId id, Scratch& scratch, Outcome& outcome, bool& touched) const {
+  Status overlay(TileId id, WorkerScratch& scratch, Outcome& outcome, bool& touched) const {
     TERRANE_ASSIGN(touched, scratch.reader->readTile(id, scratch.nativeHeights, scratch.nativeRanks));
     if (!touched) return {};
     outcome.active = true;
@@ -237,71 +250,82 @@ bool isRough(std::span<const float> heights) {
   return false;
 }
 
-RankStores::RankStores(uint64_t memoryBytes, const std::string& scratchFolder)
-    : raw(kSamples * sizeof(uint16_t), memoryBytes / 3, scratchFolder),
-      native(kSamples * sizeof(uint16_t), memoryBytes / 3, scratchFolder),
-      coarse(kSamples * sizeof(uint16_t), memoryBytes / 3, scratchFolder) {}
+RankStores::RankStores(const Scratch& scratch)
+    : raw(kSamples * sizeof(uint16_t), scratch, "ranks-raw"),
+      native(kSamples * sizeof(uint16_t), scratch, "ranks-native"),
+      coarse(kSamples * sizeof(uint16_t), scratch, "ranks-coarse") {}
 
 Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale, Pyramid& pyramid,
-                               RankStores* ranks, NeedStore* needs, const Workers& workers,
-                               Progress& progress) {
+                               RankStores* ranks, NeedStore* needs, Jobs& jobs, Progress& progress) {
   const std::vector<int> nativeLevels = source.nativeLevels();
-  std::vector<Scratch> scratches(static_cast<size_t>(workers.count()));
+  std::vector<WorkerScratch> scratches(static_cast<size_t>(jobs.workers().count()));
   TERRANE_CHECK(needs == nullptr || ranks == nullptr, "needs of inputs of {} levels", nativeLevels.size());
   const RawTileMaker maker(source, scale, pyramid, ranks, needs);
   RawTotals totals;
   double sum = 0.0;
-  int64_t visited = 0;
+  int64_t blocks = 0;
+
+  // Makes tiles and their outcomes; blocks are numbered in the order of the jobs.
+  const auto makeAll = [&](const std::string& stage, const std::vector<TileId>& ids, bool native,
+                           bool active) -> Result<std::vector<Candidate>> {
+    const int64_t firstBlock = blocks;
+    blocks += static_cast<int64_t>(ids.size());
+    const auto outcomes =
+        jobs.run<Outcome>(stage, static_cast<int64_t>(ids.size()), native ? &progress : nullptr,
+                          [&](int worker, int64_t i) -> Result<Outcome> {
+                            WorkerScratch& scratch = scratches[static_cast<size_t>(worker)];
+                            if (native && scratch.reader == nullptr) {
+                              TERRANE_ASSIGN(scratch.reader, source.openReader());
+                            }
+                            PyramidTile tile;
+                            tile.id = ids[static_cast<size_t>(i)];
+                            tile.block = firstBlock + i;
+                            Outcome outcome;
+                            outcome.active = active;
+                            TERRANE_TRY(maker.make(tile, native, scratch, outcome));
+                            return outcome;
+                          });
+    if (!outcomes.ok()) return outcomes.error();
+    std::vector<Candidate> made;
+    for (size_t i = 0; i < ids.size(); ++i)
+      made.push_back({ids[i], firstBlock + static_cast<int64_t>(i), (*outcomes)[i]});
+    return made;
+  };
 
   for (int level = pyramid.finestLevel(); level >= 0; --level) {
     const bool native = std::find(nativeLevels.begin(), nativeLevels.end(), level) != nativeLevels.end();
-    const std::vector<TileId> candidates = candidatesOf(level, native, source, pyramid);
-    if (native) progress.beginStage("reading", static_cast<int64_t>(candidates.size()), "tiles");
-
-    std::vector<Outcome> outcomes(candidates.size());
-    const Status done =
-        workers.forEach(static_cast<int64_t>(candidates.size()), [&](int worker, int64_t i) -> Status {
-          Scratch& scratch = scratches[static_cast<size_t>(worker)];
-          if (native && scratch.reader == nullptr) {
-            TERRANE_ASSIGN(scratch.reader, source.openReader());
-          }
-          TERRANE_TRY(maker.make(candidates[static_cast<size_t>(i)], native, scratch,
-                                 outcomes[static_cast<size_t>(i)]));
-          if (native) progress.advance(1);
-          return {};
-        });
-    TERRANE_TRY(done);
-
-    const std::vector<TileId> around = neighboursOf(outcomes);
-    std::vector<Outcome> empty(around.size());
-    const Status surrounded =
-        workers.forEach(static_cast<int64_t>(around.size()), [&](int worker, int64_t i) -> Status {
-          Outcome& outcome = empty[static_cast<size_t>(i)];
-          outcome.active = true;
-          return maker.make(around[static_cast<size_t>(i)], false, scratches[static_cast<size_t>(worker)],
-                            outcome);
-        });
-    TERRANE_TRY(surrounded);
+    const std::vector<TileId> ids = candidatesOf(level, native, source, pyramid);
+    if (native) progress.beginStage("reading", static_cast<int64_t>(ids.size()), "tiles");
+    TERRANE_ASSIGN(const std::vector<Candidate> candidates,
+                   makeAll(fmt::format("reading {}", level), ids, native, false));
+    TERRANE_ASSIGN(const std::vector<Candidate> around,
+                   makeAll(fmt::format("surrounding {}", level), neighboursOf(candidates), false, true));
 
     // Sums in the tiles' order, so that they do not depend on the threads.
     auto& tiles = pyramid.levels[static_cast<size_t>(level)];
-    for (Outcome& outcome : outcomes) {
-      sum += outcome.sum;
-      visited += outcome.samples;
-      if (outcome.active) tiles.push_back(std::move(outcome.tile));
-    }
-    for (Outcome& outcome : empty) tiles.push_back(std::move(outcome.tile));
+    const auto take = [&](const Candidate& candidate) {
+      sum += candidate.outcome.sum;
+      totals.samples += candidate.outcome.samples;
+      if (!candidate.outcome.active) return;
+      PyramidTile tile;
+      tile.id = candidate.id;
+      tile.block = candidate.block;
+      tile.complete = candidate.outcome.complete;
+      tile.rough = candidate.outcome.rough;
+      tile.hasStates = candidate.outcome.hasStates;
+      tile.hasNeeds = candidate.outcome.hasNeeds;
+      tiles.push_back(tile);
+    };
+    for (const Candidate& candidate : candidates) take(candidate);
+    for (const Candidate& candidate : around) take(candidate);
     std::sort(tiles.begin(), tiles.end(),
               [](const PyramidTile& a, const PyramidTile& b) { return a.id < b.id; });
     if (needs != nullptr && level == pyramid.finestLevel())
-      TERRANE_TRY(interpolateFinestTiles(pyramid, *needs, workers));
+      TERRANE_TRY(interpolateFinestTiles(pyramid, *needs, jobs));
   }
-  if (visited == 0)
-    return makeError(
-        "the inputs hold no height at all: every sample is nodata; check --nodata and the masks");
+  if (totals.samples == 0) return totals;
   pyramid.link();
-  totals.meanHeight = sum / static_cast<double>(visited);
-  totals.samples = visited;
+  totals.meanHeight = sum / static_cast<double>(totals.samples);
   return totals;
 }
 

@@ -1,26 +1,26 @@
 #pragma once
 
+#include "jobs.h"
 #include "pyramid.h"
 #include "terrane/bake/source.h"
 #include "terrane/base/progress.h"
-#include "workers.h"
 
 /// The steps of a build that make the pyramid's samples; each stands in a file of its own.
 namespace terrane {
 
 /// Which input a sample's height comes from, kept while inputs of several native levels are put together:
-/// ranks as SourceReader gives them, 0 none. Blocks are numbered like the tiles' heights.
+/// ranks as SourceReader gives them, 0 none.
 struct RankStores {
-  RankStores(uint64_t memoryBytes, const std::string& scratchFolder);
+  explicit RankStores(const Scratch& scratch);
   BlockStore raw;     ///< of the sample that lies on top
   BlockStore native;  ///< of the inputs native to the tile's own level, on levels that have such inputs
   BlockStore coarse;  ///< of the inputs native to coarser levels, interpolated
 };
 
 /// What the finest tiles need by themselves (significance.h), kept from when they are read until all of them
-/// are. Blocks are numbered like the tiles' heights.
+/// are.
 struct NeedStore {
-  NeedStore(double maxError, uint64_t memoryBytes, const std::string& scratchFolder);
+  NeedStore(double maxError, const Scratch& scratch);
   double maxErrorMeters;
   BlockStore bits;
 };
@@ -35,29 +35,29 @@ struct RawTotals {
 /// their raw heights on the dataset's step (NaN where there is no data). `ranks` may be null where all inputs
 /// are native to one level. With `needs`, which only such inputs can have, samples of the finest level that
 /// are not significant are interpolated; without, all are coded. Errors: the source's; a height that the step
-/// cannot express; no data at all; no room.
+/// cannot express; no room. Without any data there are 0 samples, and the pyramid is of no use.
 Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale, Pyramid& pyramid,
-                               RankStores* ranks, NeedStore* needs, const Workers& workers,
-                               Progress& progress);
+                               RankStores* ranks, NeedStore* needs, Jobs& jobs, Progress& progress);
 
 /// The part of step 1 that follows once the finest level is read: its tiles' final heights and states. Each
-/// tile takes its neighbours' needs and its own samples; a second time changes nothing.
-Status interpolateFinestTiles(Pyramid& pyramid, const NeedStore& needs, const Workers& workers);
+/// tile takes its neighbours' needs and its own samples; a second time changes nothing, not even where the
+/// first one was killed while it wrote.
+Status interpolateFinestTiles(Pyramid& pyramid, const NeedStore& needs, Jobs& jobs);
 /// A sample between two others that is not their mean: surely not interpolated. Most tiles show one at once.
 bool isRough(std::span<const float> heights);
 
 /// Step 2, from the root down: every sample gets its height and state. A sample without data is Interpolated
 /// where an input of a coarser level lies there, Void elsewhere; the world's corners without data have
 /// the height of the nearest data in the root, or `cornerHeight` where the root has none.
-Status fillTiles(const Source& source, Pyramid& pyramid, RankStores* ranks, float cornerHeight,
-                 const Workers& workers, Progress& progress);
+Status fillTiles(const Source& source, Pyramid& pyramid, RankStores* ranks, float cornerHeight, Jobs& jobs,
+                 Progress& progress);
 
 /// Step 3, from the finest level up: which cells are ground. Gives their number, in cells of the finest
-/// level.
-Result<double> coverTiles(Pyramid& pyramid, const Workers& workers);
+/// level. `scratch` takes counts that are of no use afterwards.
+Result<double> coverTiles(Pyramid& pyramid, const Scratch& scratch, Jobs& jobs);
 
 /// Step 4, from the finest level up: tiles that are, with all below them, what interpolation makes of their
 /// parents are no longer `stored`, unless they touch one of their level that is not.
-Status pruneTiles(Pyramid& pyramid, const Workers& workers);
+Status pruneTiles(Pyramid& pyramid, Jobs& jobs);
 
 }  // namespace terrane

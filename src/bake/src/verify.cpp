@@ -54,12 +54,14 @@ struct Stated {
 
 class Verifier {
  public:
-  Verifier(const Dataset& dataset, const Workers& workers, uint64_t memoryBytes,
-           const std::string& scratchFolder, VerifyReport& report, Progress& progress)
+  Verifier(const Dataset& dataset, const Workers& workers, Scratch scratch, VerifyReport& report,
+           Progress& progress)
       : dataset_(dataset),
         manifest_(dataset.manifest()),
         workers_(workers),
-        pyramid_(manifest_.frame.finestLevel, memoryBytes, scratchFolder),
+        jobs_(workers, nullptr),
+        scratch_(std::move(scratch)),
+        pyramid_(manifest_.frame.finestLevel, scratch_),
         stated_(pyramid_.levels.size()),
         report_(report),
         faults_(report),
@@ -73,11 +75,13 @@ class Verifier {
     if (faults_.any()) return {};
     TERRANE_TRY(checkBorders());
     TERRANE_TRY(checkCoverage());
-    TERRANE_TRY(measureNodes(pyramid_, workers_, progress_));
-    TERRANE_TRY(saturateLargeNodes(pyramid_, manifest_.scale, manifest_.maxErrorMeters, workers_));
+    NodeStores stores(scratch_);
+    TERRANE_ASSIGN(const GroundRange measured, measureNodes(pyramid_, stores, jobs_, progress_));
+    TERRANE_TRY(saturateNodes(pyramid_, stores, manifest_.scale, manifest_.maxErrorMeters, jobs_));
+    TERRANE_TRY(takeNodes(pyramid_, stores));
     takeStatedNodes();
     TERRANE_TRY(checkNodes());
-    checkManifestNumbers();
+    checkManifestNumbers(measured);
     return {};
   }
 
@@ -132,6 +136,7 @@ class Verifier {
       return false;
     }
     bool fine = true;
+    int64_t blocks = 0;
     for (const TileId id : ids) {
       if (!id.valid() || id.level > pyramid_.finestLevel()) {
         faults_.add("tile {}: deeper than the dataset's finest level {}", toString(id),
@@ -143,6 +148,7 @@ class Verifier {
       } else {
         PyramidTile tile;
         tile.id = id;
+        tile.block = blocks++;
         pyramid_.levels[static_cast<size_t>(id.level)].push_back(tile);
       }
     }
@@ -163,7 +169,7 @@ class Verifier {
             const PyramidTile& parent = above[static_cast<size_t>(i)];
             TileSamples& samples = parents[static_cast<size_t>(worker)];
             // note: a parent that could not be decoded has no samples, nor have its children then.
-            if (parent.heights < 0 || *std::max_element(parent.children.begin(), parent.children.end()) < 0)
+            if (!isDecoded(parent) || *std::max_element(parent.children.begin(), parent.children.end()) < 0)
               return {};
             TERRANE_TRY(pyramid_.readSamples(parent, samples));
             for (const int32_t child : parent.children) {
@@ -192,15 +198,15 @@ class Verifier {
       return {};
     }
     PyramidTile& tile = pyramid_.levels[static_cast<size_t>(id.level)][static_cast<size_t>(index)];
-    TERRANE_TRY(pyramid_.writeHeights(tile, decoded->samples.heights));
+    TERRANE_TRY(pyramid_.writeRawHeights(tile, decoded->samples.heights));
     const auto& states = decoded->samples.states;
     if (std::any_of(states.begin(), states.end(),
                     [](SampleState state) { return state != SampleState::Coded; })) {
       TERRANE_TRY(pyramid_.writeStates(tile, states));
+      tile.hasStates = true;
     }
     tile.complete = std::find(states.begin(), states.end(), SampleState::Void) == states.end();
     checkClosure(id, states);
-    tile.coverage = decoded->samples.coverage;
     Stated& stated = stated_[static_cast<size_t>(id.level)][static_cast<size_t>(index)];
     checkChildren(tile, *decoded);
     stated.nodes = std::move(decoded->nodes);
@@ -235,6 +241,11 @@ class Verifier {
     }
     if (orphans > 0)
       faults_.add("tile {}: {} coded samples have an interpolated parent", toString(id), orphans);
+  }
+
+  bool isDecoded(const PyramidTile& tile) const {
+    const int index = pyramid_.find(tile.id);
+    return !stated_[static_cast<size_t>(tile.id.level)][static_cast<size_t>(index)].nodes.error.empty();
   }
 
   /// What the tile says of children that are not stored, and whether those that it calls present are.
@@ -345,12 +356,13 @@ class Verifier {
   // ---- coverage
 
   Status checkCoverage() {
-    TERRANE_ASSIGN(const double cells, coverTiles(pyramid_, workers_));
+    TERRANE_ASSIGN(const double cells, coverTiles(pyramid_, scratch_, jobs_));
     if (cells != manifest_.coveredCells)
       faults_.add("{} cells are ground, the manifest says {}", cells, manifest_.coveredCells);
     for (size_t level = 0; level < pyramid_.levels.size(); ++level) {
       for (size_t i = 0; i < pyramid_.levels[level].size(); ++i) {
-        const Coverage& expected = pyramid_.levels[level][i].coverage;
+        Coverage expected;
+        TERRANE_TRY(pyramid_.readCoverage(pyramid_.levels[level][i], expected));
         const Coverage& said = stated_[level][i].coverage;
         if (expected.kind != said.kind || expected.bits != said.bits) {
           faults_.add("tile {}: its coverage does not follow from the samples below",
@@ -367,6 +379,9 @@ class Verifier {
   void takeStatedNodes() {
     for (size_t level = 0; level < pyramid_.levels.size(); ++level) {
       LevelNodes& nodes = pyramid_.nodes[level];
+      nodes.errorCode.clear();
+      nodes.lowCode.clear();
+      nodes.highCode.clear();
       for (const Stated& stated : stated_[level]) {
         nodes.errorCode.insert(nodes.errorCode.end(), stated.nodes.error.begin(), stated.nodes.error.end());
         nodes.lowCode.insert(nodes.lowCode.end(), stated.nodes.low.begin(), stated.nodes.low.end());
@@ -482,13 +497,8 @@ class Verifier {
     }
   }
 
-  void checkManifestNumbers() {
-    float low = std::numeric_limits<float>::infinity();
-    float high = -low;
-    for (const LevelNodes& nodes : pyramid_.nodes) {
-      for (const float value : nodes.low) low = std::min(low, value);
-      for (const float value : nodes.high) high = std::max(high, value);
-    }
+  void checkManifestNumbers(const GroundRange& measured) {
+    const auto [low, high] = measured;
     if (low > high) return;
     if (static_cast<double>(low) != manifest_.minHeight || static_cast<double>(high) != manifest_.maxHeight) {
       faults_.add("heights reach from {} to {} m, the manifest says {} to {} m", low, high,
@@ -499,6 +509,8 @@ class Verifier {
   const Dataset& dataset_;
   const Manifest& manifest_;
   const Workers& workers_;
+  Jobs jobs_;
+  Scratch scratch_;
   Pyramid pyramid_;
   std::vector<std::vector<Stated>> stated_;
   VerifyReport& report_;
@@ -518,8 +530,7 @@ Result<VerifyReport> verifyDataset(const std::string& directory, const VerifyOpt
   report.bytes = static_cast<uint64_t>(fs::file_size(directory + "/manifest.json", code));
   const std::string scratch =
       options.scratchFolder.empty() ? fs::temp_directory_path(code).string() : options.scratchFolder;
-  const uint64_t memory = options.memoryBytes > 0 ? options.memoryBytes : quarterOfMemory();
-  Verifier verifier(dataset, workers, memory / 4 * 3, scratch, report, progress);
+  Verifier verifier(dataset, workers, {scratch, false}, report, progress);
   TERRANE_TRY(verifier.run());
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return report;

@@ -69,8 +69,7 @@ Workers::Workers(int threads, const std::atomic<bool>* cancel)
 }
 
 Status Workers::checkCancelled() const {
-  if (cancel_ != nullptr && cancel_->load(std::memory_order_relaxed))
-    return makeError("interrupted; nothing was left behind");
+  if (cancel_ != nullptr && cancel_->load(std::memory_order_relaxed)) return makeError("interrupted");
   return {};
 }
 

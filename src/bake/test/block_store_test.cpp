@@ -8,24 +8,54 @@
 namespace terrane {
 namespace {
 
-TEST(BlockStore, KeepsBlocksInMemoryAndBeyondIt) {
-  const std::string folder = ::testing::TempDir();
-  BlockStore store(4 * sizeof(uint32_t), 3 * 4 * sizeof(uint32_t), folder);
-  for (uint32_t block = 0; block < 10; ++block) {
-    const std::array<uint32_t, 4> values{block, block + 1, block * block, 7};
-    ASSERT_TRUE(store.writeValues<uint32_t>(block, values).ok());
-  }
+namespace fs = std::filesystem;
+
+using Values = std::array<uint32_t, 4>;
+
+void fill(BlockStore& store) {
+  for (uint32_t block = 0; block < 10; ++block)
+    ASSERT_TRUE(store.writeValue(block * 3, Values{block, block + 1, block * block, 7}).ok());
+}
+
+void check(const BlockStore& store) {
   for (uint32_t block = 10; block-- > 0;) {
-    std::array<uint32_t, 4> values{};
-    ASSERT_TRUE(store.readValues<uint32_t>(block, values).ok());
-    EXPECT_EQ(values, (std::array<uint32_t, 4>{block, block + 1, block * block, 7}));
+    Values values{};
+    ASSERT_TRUE(store.readValue(block * 3, values).ok());
+    EXPECT_EQ(values, (Values{block, block + 1, block * block, 7}));
   }
+  uint32_t one = 0;
+  ASSERT_TRUE(store.read(12, std::as_writable_bytes(std::span(&one, 1)), 8).ok());
+  EXPECT_EQ(one, 16U);
+}
+
+TEST(BlockStore, KeepsBlocksInAFileWithoutAName) {
+  const fs::path folder = fs::path(::testing::TempDir()) / "terrane-block-store";
+  fs::create_directories(folder);
+  {
+    BlockStore store(sizeof(Values), {folder.string(), false}, "test");
+    fill(store);
+    check(store);
+    EXPECT_TRUE(fs::is_empty(folder));
+  }
+  fs::remove_all(folder);
+}
+
+TEST(BlockStore, FindsAgainWhatStays) {
+  const fs::path folder = fs::path(::testing::TempDir()) / "terrane-block-store-stays";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  {
+    BlockStore store(sizeof(Values), {folder.string(), true}, "test");
+    fill(store);
+  }
+  check(BlockStore(sizeof(Values), {folder.string(), true}, "test"));
+  fs::remove_all(folder);
 }
 
 TEST(BlockStore, SaysWhereItCannotWrite) {
-  BlockStore store(8, 0, "/nonexistent-folder");
+  BlockStore store(8, {"/nonexistent-folder", true}, "test");
   const std::array<uint32_t, 2> values{1, 2};
-  const Status status = store.writeValues<uint32_t>(0, values);
+  const Status status = store.writeValue(0, values);
   ASSERT_FALSE(status.ok());
   EXPECT_NE(status.error().message.find("/nonexistent-folder"), std::string::npos);
 }

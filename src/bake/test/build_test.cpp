@@ -1,17 +1,23 @@
 #include "terrane/bake/build.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 
+#include "build_output.h"
 #include "function_source.h"
 #include "terrane/bake/verify.h"
 #include "terrane/codec/elevation_codec.h"
 #include "terrane/dataset/dataset.h"
+#include "terrane/dataset/hash.h"
 
 namespace terrane {
 namespace {
@@ -301,6 +307,181 @@ TEST_F(BuildTest, LeavesNothingBehindWhenItFails) {
   ASSERT_FALSE(interrupted.ok());
   EXPECT_NE(interrupted.error().message.find("interrupted"), std::string::npos);
   EXPECT_TRUE(contents().empty());
+}
+
+/// A source whose readers give up after some tiles in all.
+class BreakingSource final : public Source {
+ public:
+  BreakingSource(const Source& source, int tiles) : source_(source), left_(tiles) {}
+  const SourcePlan& plan() const override { return source_.plan(); }
+  std::vector<int> nativeLevels() const override { return source_.nativeLevels(); }
+  bool mayTouch(TileId id) const override { return source_.mayTouch(id); }
+  Result<std::unique_ptr<SourceReader>> openReader() const override {
+    TERRANE_ASSIGN(auto reader, source_.openReader());
+    return std::unique_ptr<SourceReader>(new Reader(std::move(reader), left_));
+  }
+
+ private:
+  class Reader final : public SourceReader {
+   public:
+    Reader(std::unique_ptr<SourceReader> reader, std::atomic<int>& left)
+        : reader_(std::move(reader)), left_(left) {}
+    Result<bool> readTile(TileId id, std::span<float> heights, std::span<uint16_t> ranks) override {
+      if (left_.fetch_sub(1) <= 0) return makeError("the disk fell off the table");
+      return reader_->readTile(id, heights, ranks);
+    }
+
+   private:
+    std::unique_ptr<SourceReader> reader_;
+    std::atomic<int>& left_;
+  };
+  const Source& source_;
+  mutable std::atomic<int> left_;
+};
+
+/// Counts warnings.
+class WarningCount final : public Progress {
+ public:
+  void beginStage(std::string_view, int64_t, std::string_view) override {}
+  void advance(int64_t) override {}
+  void warn(const std::string& message) override {
+    ++count;
+    last = message;
+  }
+  int count = 0;
+  std::string last;
+};
+
+TEST_F(BuildTest, GoesOnFromWhatIsDoneAndGetsTheSameBytes) {
+  const FunctionSource source = islands(11);
+  ASSERT_TRUE(build(source, "whole.terrane").ok());
+  for (const int tiles : {1, 5, 11}) {
+    const BreakingSource breaking(source, tiles);
+    const auto failed = build(breaking, "a.terrane", 2, true);
+    ASSERT_FALSE(failed.ok());
+    EXPECT_NE(failed.error().message.find("the disk fell off the table"), std::string::npos);
+    EXPECT_NE(failed.error().message.find("a.terrane.partial"), std::string::npos) << failed.error().message;
+    EXPECT_TRUE(fs::exists(path("a.terrane.partial")));
+
+    const auto report = build(source, "a.terrane", 3, true);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_EQ(report->stages[0].name, "reading");
+    EXPECT_EQ(report->stages[0].jobsResumed, tiles);
+    EXPECT_EQ(bytesOf(path("a.terrane/elevation.pmtiles")), bytesOf(path("whole.terrane/elevation.pmtiles")));
+    EXPECT_EQ(contents(), (std::vector<std::string>{"a.terrane", "whole.terrane"}));
+  }
+}
+
+TEST_F(BuildTest, WorkForAnotherResultIsOfNoUse) {
+  const FunctionSource source = islands(12);
+  ASSERT_FALSE(build(BreakingSource(source, 4), "a.terrane").ok());
+  ASSERT_TRUE(fs::exists(path("a.terrane.partial")));
+  BuildOptions options;
+  options.output = path("a.terrane");
+  options.attribution = "someone else";
+  WarningCount progress;
+  const auto report = buildDataset(source, options, progress);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->stages[0].jobsResumed, 0);
+  EXPECT_EQ(progress.count, 1);
+  EXPECT_NE(progress.last.find("afresh"), std::string::npos) << progress.last;
+
+  // A machine that went down may have lost what was not yet on the disk.
+  ASSERT_FALSE(build(BreakingSource(source, 4), "c.terrane").ok());
+  std::string plan = bytesOf(path("c.terrane.partial/plan"));
+  ASSERT_TRUE(plan.starts_with("boot "));
+  plan[6] = plan[6] == '0' ? '1' : '0';
+  std::ofstream(path("c.terrane.partial/plan")) << plan;
+  options.output = path("c.terrane");
+  options.attribution.clear();
+  const auto restarted = buildDataset(source, options, progress);
+  ASSERT_TRUE(restarted.ok()) << restarted.error().message;
+  EXPECT_EQ(restarted->stages[0].jobsResumed, 0);
+  EXPECT_EQ(progress.count, 2);
+  EXPECT_NE(progress.last.find("restarted"), std::string::npos) << progress.last;
+
+  // What is no work of a build is not touched.
+  fs::create_directories(path("b.terrane.partial"));
+  std::ofstream(path("b.terrane.partial/cat.jpg")) << "meow";
+  ASSERT_FALSE(build(source, "b.terrane").ok());
+  EXPECT_EQ(bytesOf(path("b.terrane.partial/cat.jpg")), "meow");
+}
+
+TEST_F(BuildTest, TwoBuildsOfOneOutputDoNotMeet) {
+  const FunctionSource source = islands(13);
+  fs::create_directories(path("a.terrane.partial"));
+  const int other = open(path("a.terrane.partial").c_str(), O_RDONLY | O_DIRECTORY);
+  ASSERT_EQ(flock(other, LOCK_EX | LOCK_NB), 0);
+  const auto refused = build(source, "a.terrane");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("another build"), std::string::npos) << refused.error().message;
+  close(other);
+  ASSERT_TRUE(build(source, "a.terrane").ok());
+  EXPECT_EQ(contents(), std::vector<std::string>{"a.terrane"});
+}
+
+TEST_F(BuildTest, SaysWhenTheDiskIsTooSmall) {
+  SilentProgress progress;
+  auto work = WorkFolder::open(path("a.terrane"), false, "a plan\n", progress);
+  ASSERT_TRUE(work.ok()) << work.error().message;
+  EXPECT_TRUE(checkRoom(*work, 1000).ok());
+  const auto missing = [&] {
+    const Status status = checkRoom(*work, uint64_t{1} << 60);
+    EXPECT_FALSE(status.ok());
+    return status.ok() ? std::string() : status.error().message;
+  };
+  const auto neededIn = [](const std::string& message) {
+    return std::stoull(message.substr(message.find('(') + 1));
+  };
+  const std::string before = missing();
+  EXPECT_NE(before.find(folder_.string()), std::string::npos) << before;
+  EXPECT_NE(before.find("bytes) are free"), std::string::npos) << before;
+
+  // What was written already needs no room again.
+  std::ofstream(work->path() + "/raw.blocks") << std::string(1 << 20, 'x');
+  EXPECT_EQ(neededIn(before) - neededIn(missing()), 1U << 20);
+}
+
+TEST_F(BuildTest, KilledWhileTidyingUpItIsDoneAllTheSame) {
+  const FunctionSource source = islands(14);
+  ASSERT_FALSE(build(BreakingSource(source, 4), "a.terrane").ok());
+  const std::string plan = bytesOf(path("a.terrane.partial/plan"));
+  ASSERT_TRUE(build(source, "a.terrane").ok());
+  const std::string manifest = bytesOf(path("a.terrane/manifest.json"));
+
+  // As it looks right after the last rename.
+  fs::create_directories(path("a.terrane.partial/dataset"));
+  std::ofstream(path("a.terrane.partial/plan")) << plan << "committed " << sha256(manifest) << "\n";
+  std::ofstream(path("a.terrane.partial/raw.blocks")) << "heights";
+  const auto report = build(source, "a.terrane");
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_GT(report->tiles, 0U);
+  EXPECT_TRUE(report->stages.empty());
+  EXPECT_EQ(bytesOf(path("a.terrane/manifest.json")), manifest);
+  EXPECT_EQ(contents(), std::vector<std::string>{"a.terrane"});
+
+  // For another result, what stands there is in the way.
+  fs::create_directories(path("a.terrane.partial/dataset"));
+  std::ofstream(path("a.terrane.partial/plan")) << plan << "committed " << sha256(manifest) << "\n";
+  BuildOptions options;
+  options.output = path("a.terrane");
+  options.attribution = "someone else";
+  SilentProgress progress;
+  const auto other = buildDataset(source, options, progress);
+  ASSERT_FALSE(other.ok());
+  EXPECT_TRUE(fs::exists(path("a.terrane.partial/plan")));
+  EXPECT_NE(other.error().message.find("--overwrite"), std::string::npos) << other.error().message;
+  EXPECT_EQ(bytesOf(path("a.terrane/manifest.json")), manifest);
+  fs::remove_all(path("a.terrane.partial"));
+
+  // As it looks right before: everything is done but the rename, to an older dataset's place.
+  std::ofstream(path("a.terrane/manifest.json")) << "older";
+  fs::create_directories(path("a.terrane.partial/dataset"));
+  std::ofstream(path("a.terrane.partial/plan")) << plan << "committed " << sha256(manifest) << "\n";
+  EXPECT_FALSE(build(source, "a.terrane").ok());
+  ASSERT_TRUE(build(source, "a.terrane", 2, true).ok());
+  EXPECT_EQ(bytesOf(path("a.terrane/manifest.json")), manifest);
+  EXPECT_EQ(contents(), std::vector<std::string>{"a.terrane"});
 }
 
 TEST_F(BuildTest, ReplacesOnlyDatasetsAndOnlyWhenAsked) {

@@ -20,22 +20,25 @@ constexpr double kMaxError = 0.05;
 /// A pyramid as a build makes it, with the samples at hand.
 struct MadePyramid {
   explicit MadePyramid(const FunctionSource& source)
-      : finest(source.plan().frame.finestLevel), pyramid(finest, 1 << 30, ::testing::TempDir()) {
+      : finest(source.plan().frame.finestLevel), pyramid(finest, scratch()) {
     const Workers workers(2, nullptr);
     SilentProgress progress;
-    RankStores stores(1 << 28, ::testing::TempDir());
-    RankStores* ranks = source.nativeLevels().size() > 1 ? &stores : nullptr;
+    Jobs jobs(workers, nullptr);
+    RankStores rankStores(scratch());
+    RankStores* ranks = source.nativeLevels().size() > 1 ? &rankStores : nullptr;
     scale.heightStep = source.plan().heightStep;
     scale.errorUnit = scale.heightStep / 64.0;
     scale.rangeBase = -1000.0;
     scale.rangeUnit = 0.1;
-    const auto raw = readRawTiles(source, scale, pyramid, ranks, nullptr, workers, progress);
+    const auto raw = readRawTiles(source, scale, pyramid, ranks, nullptr, jobs, progress);
     EXPECT_TRUE(raw.ok());
-    EXPECT_TRUE(fillTiles(source, pyramid, ranks, 1000.0F, workers, progress).ok());
-    EXPECT_TRUE(coverTiles(pyramid, workers).ok());
-    EXPECT_TRUE(pruneTiles(pyramid, workers).ok());
-    EXPECT_TRUE(measureNodes(pyramid, workers, progress).ok());
-    EXPECT_TRUE(saturateNodes(pyramid, scale, kMaxError, workers).ok());
+    EXPECT_TRUE(fillTiles(source, pyramid, ranks, 1000.0F, jobs, progress).ok());
+    EXPECT_TRUE(coverTiles(pyramid, scratch(), jobs).ok());
+    EXPECT_TRUE(pruneTiles(pyramid, jobs).ok());
+    NodeStores stores(scratch());
+    EXPECT_TRUE(measureNodes(pyramid, stores, jobs, progress).ok());
+    EXPECT_TRUE(saturateNodes(pyramid, stores, scale, kMaxError, jobs).ok());
+    EXPECT_TRUE(takeNodes(pyramid, stores).ok());
     for (const auto& level : pyramid.levels) {
       for (const PyramidTile& tile : level) {
         if (!tile.stored) continue;
@@ -49,6 +52,8 @@ struct MadePyramid {
       }
     }
   }
+
+  static Scratch scratch() { return {::testing::TempDir(), false}; }
 
   int finest;
   ElevationScale scale;

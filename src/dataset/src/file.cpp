@@ -48,6 +48,12 @@ Result<File> File::create(const std::string& path) {
   return File(descriptor, path);
 }
 
+Result<File> File::openOrCreate(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor < 0) return systemError(path, "cannot create", errno);
+  return File(descriptor, path);
+}
+
 File::~File() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
@@ -89,6 +95,12 @@ Status File::write(uint64_t offset, std::span<const uint8_t> bytes) {
     offset += static_cast<uint64_t>(count);
     bytes = bytes.subspan(static_cast<size_t>(count));
   }
+  return {};
+}
+
+Status File::resize(uint64_t bytes) {
+  if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0)
+    return systemError(path_, "cannot write", errno);
   return {};
 }
 

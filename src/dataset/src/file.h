@@ -15,6 +15,8 @@ class File {
   static Result<File> openForReading(const std::string& path);
   /// Creates a file that must not exist.
   static Result<File> create(const std::string& path);
+  /// Opens a file for reading and writing, which is made where there is none.
+  static Result<File> openOrCreate(const std::string& path);
   ~File();
   File(File&& other) noexcept;
   File& operator=(File&& other) noexcept;
@@ -24,6 +26,8 @@ class File {
   /// Fills `bytes` from `offset`; a file that ends before is an error.
   Status read(uint64_t offset, std::span<uint8_t> bytes) const;
   Status write(uint64_t offset, std::span<const uint8_t> bytes);
+  /// Cuts the file off after `bytes`, or fills it up with zeros.
+  Status resize(uint64_t bytes);
   /// Everything written is on the disk, and the file is closed.
   Status syncAndClose();
 

@@ -14,8 +14,6 @@ namespace {
 /// are written once, as they come.
 constexpr uint64_t kTileDataStart = kPmtilesFirstBytes;
 constexpr size_t kFewestLeafEntries = 4096;
-/// Tiles are small; writing them one by one would be slow on some disks.
-constexpr size_t kBufferBytes = size_t{1} << 20;
 
 /// A root directory that fits behind the header, and the leaf directories that it then needs.
 struct Directories {
@@ -49,23 +47,23 @@ Directories makeDirectories(std::span<const PmtilesEntry> entries) {
 struct PmtilesWriter::State {
   explicit State(File opened) : file(std::move(opened)) {}
   ~State() {
-    // Half an archive is worth nothing.
-    if (!finished) ::unlink(file.path().c_str());
+    // Half an archive is worth nothing, unless someone goes on with it.
+    if (!finished && !keep) ::unlink(file.path().c_str());
   }
 
-  Status flush() {
-    TERRANE_TRY(file.write(kTileDataStart + dataBytes - buffer.size(), buffer));
-    buffer.clear();
-    return {};
+  /// Does the tile's entry extend the one before, whose bytes are the same?
+  bool continuesRun(uint64_t number) const {
+    return !entries.empty() && number == entries.back().id + entries.back().runLength &&
+           entries.back().runLength < kPmtilesLongestRun;
   }
 
   File file;
   std::vector<PmtilesEntry> entries;
   std::vector<uint8_t> lastTile;
-  std::vector<uint8_t> buffer;  ///< the end of the tile data, not yet in the file
   uint64_t dataBytes = 0;
   uint64_t addressedTiles = 0;
   bool finished = false;
+  bool keep = false;  ///< the file stays though it was not finished
 };
 
 Result<PmtilesWriter> PmtilesWriter::create(const std::string& path) {
@@ -73,12 +71,39 @@ Result<PmtilesWriter> PmtilesWriter::create(const std::string& path) {
   return PmtilesWriter(std::make_unique<State>(std::move(file)));
 }
 
+Result<PmtilesWriter> PmtilesWriter::goOn(const std::string& path, std::span<const PmtilesPlace> before) {
+  TERRANE_ASSIGN(File file, File::openOrCreate(path));
+  auto state = std::make_unique<State>(std::move(file));
+  state->keep = true;
+  for (const PmtilesPlace& place : before) {
+    ++state->addressedTiles;
+    if (state->continuesRun(place.id) && place.offset == state->entries.back().offset) {
+      ++state->entries.back().runLength;
+      continue;
+    }
+    if (place.offset != state->dataBytes || place.bytes == 0 || place.bytes > UINT32_MAX)
+      return makeError("{}: tile {} cannot lie at byte {}; delete it and start afresh", path, place.id,
+                       place.offset);
+    state->entries.push_back({place.id, place.offset, static_cast<uint32_t>(place.bytes), 1});
+    state->dataBytes += place.bytes;
+  }
+
+  // The next tile may be the last one again.
+  if (!state->entries.empty()) {
+    const PmtilesEntry& last = state->entries.back();
+    state->lastTile.resize(last.length);
+    TERRANE_TRY(state->file.read(kTileDataStart + last.offset, state->lastTile));
+  }
+  TERRANE_TRY(state->file.resize(before.empty() ? 0 : kTileDataStart + state->dataBytes));
+  return PmtilesWriter(std::move(state));
+}
+
 PmtilesWriter::PmtilesWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
 PmtilesWriter::~PmtilesWriter() = default;
 PmtilesWriter::PmtilesWriter(PmtilesWriter&&) noexcept = default;
 PmtilesWriter& PmtilesWriter::operator=(PmtilesWriter&&) noexcept = default;
 
-Status PmtilesWriter::add(TileId id, std::span<const uint8_t> bytes) {
+Result<PmtilesPlace> PmtilesWriter::add(TileId id, std::span<const uint8_t> bytes) {
   State& state = *state_;
   const uint64_t number = pmtilesId(id);
   TERRANE_CHECK(!state.finished, "tile {} after finish()", toString(id));
@@ -90,25 +115,24 @@ Status PmtilesWriter::add(TileId id, std::span<const uint8_t> bytes) {
   if (!state.entries.empty()) {
     PmtilesEntry& last = state.entries.back();
     TERRANE_CHECK(number >= last.id + last.runLength, "tile {} comes too late", toString(id));
-    const bool isNext = number == last.id + last.runLength && last.runLength < kPmtilesLongestRun;
-    if (isNext && std::equal(bytes.begin(), bytes.end(), state.lastTile.begin(), state.lastTile.end())) {
+    if (state.continuesRun(number) &&
+        std::equal(bytes.begin(), bytes.end(), state.lastTile.begin(), state.lastTile.end())) {
       ++last.runLength;
-      return {};
+      return PmtilesPlace{number, last.offset, last.length};
     }
   }
 
-  state.entries.push_back({number, state.dataBytes, static_cast<uint32_t>(bytes.size()), 1});
+  const PmtilesPlace place{number, state.dataBytes, bytes.size()};
+  TERRANE_TRY(state.file.write(kTileDataStart + place.offset, bytes));
+  state.entries.push_back({number, place.offset, static_cast<uint32_t>(bytes.size()), 1});
   state.lastTile.assign(bytes.begin(), bytes.end());
-  state.buffer.insert(state.buffer.end(), bytes.begin(), bytes.end());
   state.dataBytes += bytes.size();
-  if (state.buffer.size() >= kBufferBytes) TERRANE_TRY(state.flush());
-  return {};
+  return place;
 }
 
 Status PmtilesWriter::finish(const std::string& metadataJson) {
   State& state = *state_;
   TERRANE_CHECK(!state.finished, "finish() twice");
-  TERRANE_TRY(state.flush());
 
   // Behind the tiles come the leaf directories and the metadata.
   const Directories directories = makeDirectories(state.entries);

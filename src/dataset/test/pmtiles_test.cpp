@@ -24,8 +24,8 @@ void writeArchive(const std::string& path, const std::map<uint64_t, std::vector<
   auto writer = PmtilesWriter::create(path);
   ASSERT_TRUE(writer.ok()) << writer.error().message;
   for (const auto& [id, bytes] : tiles) {
-    const Status status = writer->add(tileIdFromPmtiles(id), bytes);
-    ASSERT_TRUE(status.ok()) << status.error().message;
+    const auto place = writer->add(tileIdFromPmtiles(id), bytes);
+    ASSERT_TRUE(place.ok()) << place.error().message;
   }
   const Status status = writer->finish("{\"name\": \"test\"}");
   ASSERT_TRUE(status.ok()) << status.error().message;
@@ -142,6 +142,42 @@ TEST(Pmtiles, AnUnfinishedArchiveIsRemovedAndAnExistingOneIsKept) {
   EXPECT_EQ(readWholeFile(path), "mine");
 }
 
+TEST(Pmtiles, AnArchiveGoesOnFromAnyTileAndGetsTheSameBytes) {
+  TemporaryDirectory directory;
+  std::mt19937 random(4);
+  std::map<uint64_t, std::vector<uint8_t>> tiles;
+  for (uint64_t id = 0; id < 40; ++id) {
+    // Some runs of equal tiles, and gaps.
+    if (id % 9 == 8) continue;
+    tiles[id] = id % 5 < 2 && tiles.count(id - 1) != 0 ? tiles[id - 1] : randomBytes(30 + id, random);
+  }
+  writeArchive(directory.file("whole"), tiles);
+  const std::string whole = readWholeFile(directory.file("whole"));
+
+  const std::string path = directory.file("part");
+  std::vector<PmtilesPlace> places;
+  for (const auto& [last, unused] : tiles) {
+    // One tile a time, each followed by rubbish that a killed program may have left.
+    auto writer = PmtilesWriter::goOn(path, places);
+    ASSERT_TRUE(writer.ok()) << writer.error().message;
+    const auto place = writer->add(tileIdFromPmtiles(last), tiles[last]);
+    ASSERT_TRUE(place.ok()) << place.error().message;
+    places.push_back(*place);
+    std::ofstream(path, std::ios::binary | std::ios::app) << "rubbish";
+  }
+  for (int again = 0; again < 2; ++again) {
+    auto writer = PmtilesWriter::goOn(path, places);
+    ASSERT_TRUE(writer.ok());
+    ASSERT_TRUE(writer->finish("{\"name\": \"test\"}").ok());
+    EXPECT_TRUE(readWholeFile(path) == whole);
+  }
+  // What is said to be there and is not.
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
+  EXPECT_FALSE(PmtilesWriter::goOn(path, places).ok());
+  places[3].offset += 1;
+  EXPECT_FALSE(PmtilesWriter::goOn(path, places).ok());
+}
+
 TEST(Pmtiles, ADiskThatIsFullIsAnErrorAndLeavesNothing) {
   TemporaryDirectory directory;
   const std::string path = directory.file("large.pmtiles");
@@ -158,7 +194,8 @@ TEST(Pmtiles, ADiskThatIsFullIsAnErrorAndLeavesNothing) {
     auto writer = PmtilesWriter::create(path);
     ASSERT_TRUE(writer.ok());
     for (uint64_t id = 0; id < 100 && status.ok(); ++id) {
-      status = writer->add(tileIdFromPmtiles(id), randomBytes(1000, random));
+      const auto place = writer->add(tileIdFromPmtiles(id), randomBytes(1000, random));
+      if (!place.ok()) status = place.error();
     }
     if (status.ok()) status = writer->finish("{}");
   }

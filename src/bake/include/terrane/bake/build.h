@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "terrane/bake/source.h"
 #include "terrane/base/progress.h"
@@ -20,6 +21,13 @@ struct BuildOptions {
   const std::atomic<bool>* cancel = nullptr;  ///< once true, the build ends with an error; may be null
 };
 
+/// The jobs of one step of a build.
+struct StageReport {
+  std::string name;
+  int64_t jobsDone = 0;     ///< by this run
+  int64_t jobsResumed = 0;  ///< by runs before, not done again
+};
+
 /// What a build did, for people and for --json.
 struct BuildReport {
   uint64_t tiles = 0;
@@ -27,15 +35,18 @@ struct BuildReport {
   double samples = 0.0;  ///< samples with data, of all inputs on their native levels
   double bitsPerSample = 0.0;
   double seconds = 0.0;
+  std::vector<StageReport> stages;
 };
 
 /// May a dataset be written to options.output? Errors say why not. Cheap; buildDataset() asks again.
 Status checkOutput(const BuildOptions& options);
 
-/// Builds a dataset from a source: written beside the output (`name.terrane.partial-PID`) and renamed into
-/// place at the end; whatever goes wrong, nothing is left behind and what stood there still stands. The same
-/// source gives the same archive, byte by byte, whatever the threads and the memory.
-/// Errors: the source's, the output's, a full disk, cancellation.
+/// Builds a dataset from a source, in a folder beside the output (`name.terrane.partial`) from which it is
+/// renamed into place at the end; until then what stood there still stands. A build that ended early, be it
+/// by SIGKILL, goes on when it is run again from the same inputs with the same options. The same source gives
+/// the same archive, byte by byte, whatever the threads, the memory, and how often it was interrupted.
+/// Errors: the source's, the output's, a full disk, cancellation, another build of the same output. They say
+/// whether there is something to go on from; where no job was done, nothing is left behind.
 Result<BuildReport> buildDataset(const Source& source, const BuildOptions& options, Progress& progress);
 
 }  // namespace terrane

@@ -12,8 +12,7 @@ namespace terrane {
 
 struct VerifyOptions {
   int threads = 0;                            ///< 0: all cores
-  uint64_t memoryBytes = 0;                   ///< 0: a quarter of the machine's
-  std::string scratchFolder;                  ///< for what does not fit; empty: the system's temporary folder
+  std::string scratchFolder;                  ///< for decoded tiles; empty: the system's temporary folder
   const std::atomic<bool>* cancel = nullptr;  ///< once true, ends with an error; may be null
 };
 

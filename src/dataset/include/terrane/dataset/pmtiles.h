@@ -17,19 +17,32 @@ uint64_t pmtilesId(TileId id);
 /// Only for the ids of levels up to kMaxLevel.
 TileId tileIdFromPmtiles(uint64_t pmtilesId);
 
+/// Where the writer put a tile's bytes, in the archive's tile data; where they are those of the tile before,
+/// which is stored once, that one's place.
+struct PmtilesPlace {
+  uint64_t id = 0;  ///< pmtilesId() of the tile
+  uint64_t offset = 0;
+  uint64_t bytes = 0;
+};
+
 /// Writes a PMTiles v3 archive, clustered, tile type unknown, no compression of tiles. Tiles are written as
-/// they come, in ascending pmtilesId; an archive that is not finished is removed again.
+/// they come, in ascending pmtilesId, straight into the file.
 class PmtilesWriter {
  public:
-  /// Creates `path`, which must not exist; nothing is complete until finish().
+  /// Creates `path`, which must not exist; nothing is complete until finish(). An archive that is not
+  /// finished is removed again.
   static Result<PmtilesWriter> create(const std::string& path);
+  /// Goes on with an archive that was not finished, or whose end is to be made again: `before` is what the
+  /// first calls of add() gave; what the file holds beyond is cut off. With nothing before, makes the file
+  /// anew. An archive that is not finished stays as it is. Errors: the file does not hold what it should.
+  static Result<PmtilesWriter> goOn(const std::string& path, std::span<const PmtilesPlace> before);
   ~PmtilesWriter();
   PmtilesWriter(PmtilesWriter&&) noexcept;
   PmtilesWriter& operator=(PmtilesWriter&&) noexcept;
 
   /// Appends a tile of at least one byte; ids must ascend. Identical neighbours are stored once (run
   /// lengths).
-  Status add(TileId id, std::span<const uint8_t> bytes);
+  Result<PmtilesPlace> add(TileId id, std::span<const uint8_t> bytes);
   /// Writes directories, `metadataJson` and header, syncs and closes.
   Status finish(const std::string& metadataJson);
 
