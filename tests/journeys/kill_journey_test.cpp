@@ -92,6 +92,7 @@ std::map<std::string, std::string> filesBelow(const fs::path& folder) {
 /// One input, the dataset that a build left alone makes of it, and what that took.
 struct Case {
   std::vector<std::string> inputs;
+  std::vector<std::string> options;
   std::map<std::string, std::string> expected;
   int64_t jobs = 0;
   uintmax_t logBytes = 0;
@@ -132,6 +133,7 @@ class KillJourney : public ::testing::Test {
     for (const std::string& input : made.inputs) out.push_back(path(input + ".flt"));
     out.insert(out.end(), {"--source-crs", "EPSG:32632", "-o", target().string(), "--json", "--threads",
                            std::to_string(threads)});
+    out.insert(out.end(), made.options.begin(), made.options.end());
     if (overwrite) out.emplace_back("--overwrite");
     return out;
   }
@@ -144,9 +146,10 @@ class KillJourney : public ::testing::Test {
   }
 
   /// Builds a case twice without a kill, to know what there is to be done and how long it takes.
-  Case makeCase(std::vector<std::string> inputs) {
+  Case makeCase(std::vector<std::string> inputs, std::vector<std::string> options = {}) {
     Case made;
     made.inputs = std::move(inputs);
+    made.options = std::move(options);
     for (int round = 0; round < 2; ++round) {
       fs::remove_all(target());
       const auto begin = Clock::now();
@@ -222,7 +225,8 @@ TEST_F(KillJourney, KilledAtTwentyMomentsAndResumed) {
   makeRaster("plain", 1300, 1100, 10.0, 1);
   makeRaster("country", 700, 700, 20.0, 2);
   makeRaster("village", 500, 400, 5.0, 3);
-  const std::vector<Case> cases = {makeCase({"plain"}), makeCase({"country", "village"})};
+  const std::vector<Case> cases = {makeCase({"plain"}), makeCase({"country", "village"}),
+                                   makeCase({"plain"}, {"--max-error", "4"})};
   for (const Case& made : cases) ASSERT_GT(made.jobs, 100);
 
   std::mt19937 random(20);

@@ -174,9 +174,14 @@ uint64_t roomFor(const Source& source) {
   constexpr double kRankBytes = 3.0 * sizeof(uint16_t);
   constexpr double kResultBytes = 1.5;
   constexpr double kStateBytes = 1.125;
+  const bool mixed = levels.size() > 1;
+  const bool voids = std::any_of(plan.inputs.begin(), plan.inputs.end(), [](const InputRecord& input) {
+    return input.warped || !input.noData.empty();
+  });
   double perSample = kHeightBytes + kResultBytes;
-  if (levels.size() > 1) perSample += kHeightBytes + kRankBytes + kStateBytes;
-  if (plan.interpolates) perSample += kStateBytes;
+  if (mixed || voids) perSample += kHeightBytes;
+  if (mixed || voids || plan.interpolates) perSample += kStateBytes;
+  if (mixed) perSample += kRankBytes;
   return static_cast<uint64_t>(tiles * kTileSampleCount * perSample * 4.0 / 3.0);
 }
 
