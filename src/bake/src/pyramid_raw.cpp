@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -50,19 +51,54 @@ struct Candidate {
 };
 
 /// Puts heights on the step; what is not finite becomes none. Gives the largest step number in size.
-double quantise(std::span<float> heights, const ElevationScale& scale) {
+/// `kUnit`: the step is 1 m and the offset 0.
+template <bool kUnit>
+double quantiseTo(std::span<float> heights, const ElevationScale& scale) {
   double largest = 0.0;
   for (float& height : heights) {
-    const double steps = (static_cast<double>(height) - scale.heightOffset) / scale.heightStep;
+    const auto meters = static_cast<double>(height);
+    const double steps = kUnit ? meters : (meters - scale.heightOffset) / scale.heightStep;
     const double size = std::abs(steps);
     const bool present = std::isfinite(height);
     largest = present && size > largest ? size : largest;
     // note: written so that the cast never sees what an int32 cannot hold; halves go away from zero.
     const double bounded = size < kLargestInteger ? steps : 0.0;
     const auto q = static_cast<double>(static_cast<int32_t>(bounded + (bounded < 0.0 ? -0.5 : 0.5)));
-    height = present ? static_cast<float>(scale.heightOffset + q * scale.heightStep) : kNone;
+    height = present ? static_cast<float>(kUnit ? q : scale.heightOffset + q * scale.heightStep) : kNone;
   }
   return largest;
+}
+double quantise(std::span<float> heights, const ElevationScale& scale) {
+  return scale.heightStep == 1.0 && scale.heightOffset == 0.0 ? quantiseTo<true>(heights, scale)
+                                                              : quantiseTo<false>(heights, scale);
+}
+
+int countPresent(const std::vector<float>& heights) {
+  int count = 0;
+  for (const float height : heights) count += std::isnan(height) ? 0 : 1;
+  return count;
+}
+
+/// Lays heights over others where there are any; adds them up.
+void layOver(const std::vector<float>& above, std::vector<float>& heights, Outcome& outcome) {
+  // Four sums side by side, since one alone would wait for itself.
+  constexpr size_t kLanes = 4;
+  std::array<double, kLanes> sums{};
+  std::array<int64_t, kLanes> counts{};
+  const auto add = [&](size_t i, size_t lane) {
+    const float height = above[i];
+    const bool none = std::isnan(height);
+    sums[lane] += none ? 0.0 : static_cast<double>(height);
+    counts[lane] += none ? 0 : 1;
+    heights[i] = none ? heights[i] : height;
+  };
+  size_t i = 0;
+  for (; i + kLanes <= kSamples; i += kLanes) {
+    for (size_t lane = 0; lane < kLanes; ++lane) add(i + lane, lane);
+  }
+  for (; i < kSamples; ++i) add(i, 0);
+  outcome.sum += (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  outcome.samples += (counts[0] + counts[1]) + (counts[2] + counts[3]);
 }
 
 /// A child's every second sample into its quadrant of the parent.
@@ -163,10 +199,9 @@ class RawTileMaker {
     if (native && source_.mayTouch(id)) TERRANE_TRY(overlay(id, scratch, outcome, touched));
     if (!outcome.active) return {};
 
-    const auto isNone = [](float height) { return std::isnan(height); };
-    outcome.complete = std::none_of(scratch.heights.begin(), scratch.heights.end(), isNone);
-    outcome.hasData =
-        outcome.complete || !std::all_of(scratch.heights.begin(), scratch.heights.end(), isNone);
+    const int present = countPresent(scratch.heights);
+    outcome.complete = present == kTileSampleCount;
+    outcome.hasData = present > 0;
     outcome.rough = ranks_ == nullptr && isRough(scratch.heights);
     TERRANE_TRY(pyramid_.writeRawHeights(tile, scratch.heights));
     if (anyStates && std::find(scratch.states.begin(), scratch.states.end(), SampleState::Interpolated) !=
@@ -212,6 +247,10 @@ class RawTileMaker {
           "or give the value as --nodata if it stands for none",
           toString(id), scale_.heightOffset + largest * scale_.heightStep, largest, scale_.heightStep);
     }
+    if (ranks_ == nullptr) {
+      layOver(scratch.nativeHeights, scratch.heights, outcome);
+      return {};
+    }
     for (size_t i = 0; i < kSamples; ++i) {
       const float height = scratch.nativeHeights[i];
       if (std::isnan(height)) {
@@ -220,12 +259,9 @@ class RawTileMaker {
       }
       outcome.sum += static_cast<double>(height);
       ++outcome.samples;
-      if (ranks_ == nullptr) {
-        scratch.heights[i] = height;
-      } else if (scratch.nativeRanks[i] > scratch.ranks[i]) {
-        scratch.heights[i] = height;
-        scratch.ranks[i] = scratch.nativeRanks[i];
-      }
+      if (scratch.nativeRanks[i] <= scratch.ranks[i]) continue;
+      scratch.heights[i] = height;
+      scratch.ranks[i] = scratch.nativeRanks[i];
     }
     return {};
   }
