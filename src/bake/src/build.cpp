@@ -3,6 +3,7 @@
 #include <gdal.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -138,6 +139,20 @@ Status writeArchive(const std::string& path, const Pyramid& pyramid, const NodeS
   return writer->finish(R"({"name":"elevation","format":"terrane elevation payload 2"})");
 }
 
+/// The SHA-256 of a finished file.
+Result<std::string> hashOnce(const std::string& path, Jobs& jobs) {
+  using Digits = std::array<char, 64>;
+  const auto hashes = jobs.run<Digits>("hashing", 1, nullptr, [&](int, int64_t) -> Result<Digits> {
+    TERRANE_ASSIGN(const std::string hash, sha256OfFile(path));
+    Digits digits;
+    TERRANE_CHECK(hash.size() == digits.size(), "{}", hash);
+    std::copy(hash.begin(), hash.end(), digits.begin());
+    return digits;
+  });
+  if (!hashes.ok()) return hashes.error();
+  return std::string(hashes->front().begin(), hashes->front().end());
+}
+
 /// All that shapes the result, as text. A work folder with another plan is of no use.
 std::string describePlan(const SourcePlan& plan, const BuildOptions& options, const std::string& name) {
   std::string text = fmt::format(
@@ -261,7 +276,7 @@ Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const BuildO
   std::error_code code;
   report.archiveBytes = static_cast<uint64_t>(std::filesystem::file_size(archive, code));
   if (code) return makeError("{}: {}", archive, code.message());
-  TERRANE_ASSIGN(std::string hash, sha256OfFile(archive));
+  TERRANE_ASSIGN(std::string hash, hashOnce(archive, jobs));
   manifest.archives = {{kArchiveName, report.archiveBytes, std::move(hash)}};
   manifest.tileCount = tiles.size();
   TERRANE_TRY(work.writeFile("manifest.json", manifestToJson(manifest)));

@@ -178,7 +178,8 @@ Result<WorkFolder> WorkFolder::open(const std::string& rawTarget, bool overwrite
     lock = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (lock < 0 && errno == ENOENT) continue;
     if (lock < 0) return failed();
-    if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+    // note: some network file systems know no locks; there the user has to see to it.
+    if (flock(lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
       close(lock);
       return makeError("{}: another build of the same output works there; wait for it, or stop it", path);
     }
