@@ -22,7 +22,7 @@ constexpr const char* kExamples =
     "A build works in NAME.terrane.partial, beside the output. There it takes, with the result, 7 to 9 bytes "
     "for "
     "each sample\n"
-    "of the inputs, 15 where these may have voids, 23 where inputs of several resolutions are put together. "
+    "of the inputs, 17 where these may have voids, 25 where inputs of several resolutions are put together. "
     "Interrupt it\n"
     "or kill it, and the same command goes on from what is done. A dataset that is replaced stands until the "
     "new one\n"

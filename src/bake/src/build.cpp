@@ -171,8 +171,8 @@ std::string describePlan(const SourcePlan& plan, const BuildOptions& options, co
   return text + "end\n";
 }
 
-/// What the build takes on the disk at most, about: heights and what is known of them, each once, and the
-/// result.
+/// What the build takes on the disk at most, about: for each sample its heights, raw and filled, and what is
+/// known of it, and the result.
 uint64_t roomFor(const Source& source) {
   const SourcePlan& plan = source.plan();
   const std::vector<int> levels = source.nativeLevels();
@@ -189,12 +189,13 @@ uint64_t roomFor(const Source& source) {
   constexpr double kRankBytes = 3.0 * sizeof(uint16_t);
   constexpr double kResultBytes = 1.5;
   constexpr double kStateBytes = 1.125;
+  constexpr double kCoverageBytes = 2.125;
   const bool mixed = levels.size() > 1;
   const bool voids = std::any_of(plan.inputs.begin(), plan.inputs.end(), [](const InputRecord& input) {
     return input.warped || !input.noData.empty();
   });
   double perSample = kHeightBytes + kResultBytes;
-  if (mixed || voids) perSample += kHeightBytes;
+  if (mixed || voids) perSample += kHeightBytes + kCoverageBytes;
   if (mixed || voids || plan.interpolates) perSample += kStateBytes;
   if (mixed) perSample += kRankBytes;
   return static_cast<uint64_t>(tiles * kTileSampleCount * perSample * 4.0 / 3.0);
