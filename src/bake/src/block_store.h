@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -18,12 +19,13 @@ struct Scratch {
   bool stays = false;
 };
 
-/// Many blocks of one size, numbered from 0, in a file; those never written take no room. The system's cache
-/// keeps in memory what fits, and that does not count as ours. Different blocks may be read and written from
-/// different threads.
+/// Many blocks of one size, numbered from 0, in some files; those never written take no room. The system's
+/// cache keeps in memory what fits, and that does not count as ours. Different blocks may be read and written
+/// from different threads.
 class BlockStore {
  public:
-  /// The file is made, or opened if it stayed there, when a block is first asked for. `name`: the file's.
+  /// Files are made, or opened if they stayed there, when a block is first asked for. `name`: what theirs
+  /// begin with.
   BlockStore(size_t blockBytes, Scratch scratch, std::string name);
   ~BlockStore();
   BlockStore(const BlockStore&) = delete;
@@ -54,13 +56,22 @@ class BlockStore {
   }
 
  private:
-  Result<int> openFile() const;
+  /// Neighbouring blocks lie in different files. note: a system writes to a file for one thread at a time.
+  static constexpr uint64_t kFiles = 8;
+
+  /// The file that holds a block, and where in it.
+  struct Place {
+    int descriptor = -1;
+    uint64_t offset = 0;
+  };
+  Result<Place> placeOf(uint64_t block) const;
+  Result<int> openFile(size_t file) const;
 
   size_t blockBytes_;
   Scratch scratch_;
   std::string name_;
   mutable std::mutex opening_;
-  mutable std::atomic<int> descriptor_{-1};
+  mutable std::array<std::atomic<int>, kFiles> descriptors_;
 };
 
 }  // namespace terrane
