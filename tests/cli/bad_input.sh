@@ -99,7 +99,7 @@ fi
 # A disk that is full, for the archive and for scratch data.
 full() { (ulimit -f 16 && "$@"); }
 fails 1 'room|large|full|written|write' full "$terrane" build good.tif -o a.terrane
-full_later() { (ulimit -f 3000 && "$@"); }
+full_later() { (ulimit -f 400 && "$@"); }
 keeps 1 'room|large|full|written|write' a.terrane.partial full_later "$terrane" build good.tif -o a.terrane
 
 # What is no work of a build is not touched, and two builds of one output do not meet.
