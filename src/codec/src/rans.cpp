@@ -17,7 +17,7 @@ namespace {
 
 constexpr uint32_t kLowestState = 1U << 16;
 /// From about how many bits on a segment has many lanes.
-constexpr size_t kManyBits = 20000;
+constexpr size_t kManyBits = 40000;
 
 /// e^(-1 / (2 s)) for s = 2^(i / 4 - 4) / (2 ln 2): what a logistic distribution of that mean size loses in
 /// half a step. Given as numbers so that no machine's exp() matters.
@@ -109,6 +109,9 @@ std::unique_ptr<const SpreadTables> makeTables() {
     const size_t first = static_cast<size_t>(kFirstShiftedSpread);
     const TokenTable& table = tables->tables[spread < first ? spread : first + (spread - first) % 4];
     tables->bySpread[spread] = &table;
+    tables->tokensOfSpread[spread] = static_cast<uint32_t>(table.tokens);
+    tables->plainBitsOfSpread[spread] =
+        static_cast<uint8_t>(SpreadTables::plainBits(static_cast<int>(spread)));
     tables->slotsOfSpread[spread] = static_cast<int32_t>(table.slots.data() - tables->tables[0].slots.data());
   }
   double odds = 1.0;  // 2^(|i - 24| / 2)
@@ -277,31 +280,38 @@ void SegmentReader::refill(uint32_t& state) {
 
 namespace {
 
-/// Decodes groups of eight numbers from `i` on, as long as whole groups and enough words are left; gives
-/// where it stopped. It also stops behind a group, told in `special`, of which some are not done with a
-/// token.
-int decodeGroupsAnywhere(const uint8_t* spreads, int i, int count, int32_t* values,
-                         std::array<uint32_t, kManyLanes>& states, const uint8_t*& words, const uint8_t* end,
-                         int& special) {
-  constexpr int kStep = static_cast<int>(kManyLanes);
+/// A row of numbers while it is decoded by groups.
+struct Groups {
+  const uint8_t* spreads;
+  int count;
+  int32_t* values;
+  std::array<uint32_t, kManyLanes>& states;
+  const uint8_t*& words;
+  const uint8_t* end;
+  uint64_t special = 0;  ///< which eights of numbers hold some that a token does not say all of
+
+  static constexpr int kStep = static_cast<int>(kManyLanes);
+  bool hasMore(int i) const { return i + kStep <= count && end - words >= 2 * kStep; }
+};
+
+/// Decodes groups of as many numbers as there are lanes, as long as there are whole groups and surely enough
+/// words; gives how many numbers that made.
+int decodeGroupsAnywhere(Groups& groups) {
   const SpreadTables& tables = spreadTables();
-  for (; i + kStep <= count && end - words >= 2 * kStep; i += kStep) {
-    uint32_t isSpecial = 0;
+  int i = 0;
+  for (; groups.hasMore(i); i += Groups::kStep) {
     for (size_t lane = 0; lane < kManyLanes; ++lane) {
-      const uint8_t spread = spreads[static_cast<size_t>(i) + lane];
-      uint32_t& state = states[lane];
+      const size_t at = static_cast<size_t>(i) + lane;
+      const uint8_t spread = groups.spreads[at];
+      uint32_t& state = groups.states[lane];
       const uint32_t entry = tables.bySpread[spread]->slots[state % kProbabilityOne];
       state = (entry >> 8 & (kProbabilityOne - 1)) * (state >> kProbabilityBits) + (entry >> 20);
       const bool isLow = state < kLowestState;
-      const auto word = static_cast<uint32_t>(words[0] | words[1] << 8);
+      const auto word = static_cast<uint32_t>(groups.words[0] | groups.words[1] << 8);
       state = isLow ? state << 16 | word : state;
-      words += isLow ? 2 : 0;
-      values[static_cast<size_t>(i) + lane] = unzigzag(entry & 0x7f);
-      isSpecial |= (entry & 0x80) | (spread >= kFirstShiftedSpread ? 1U : 0U);
-    }
-    if (isSpecial != 0) {
-      special = i;
-      return i + kStep;
+      groups.words += isLow ? 2 : 0;
+      groups.values[at] = unzigzag(entry & 0x7f);
+      if ((entry & 0x80) != 0 || spread >= kFirstShiftedSpread) groups.special |= uint64_t{1} << (at / 8);
     }
   }
   return i;
@@ -309,13 +319,13 @@ int decodeGroupsAnywhere(const uint8_t* spreads, int i, int count, int32_t* valu
 
 #if defined(__x86_64__)
 /// Which word each lane takes, by which lanes take one: the first lane the first, and so on.
-using LanePermutations = std::array<std::array<uint8_t, kManyLanes>, 256>;
+using LanePermutations = std::array<std::array<uint8_t, 8>, 256>;
 const LanePermutations& lanePermutations() {
   static const LanePermutations permutations = [] {
     LanePermutations made{};
     for (size_t mask = 0; mask < made.size(); ++mask) {
       uint8_t next = 0;
-      for (size_t lane = 0; lane < kManyLanes; ++lane) {
+      for (size_t lane = 0; lane < 8; ++lane) {
         if ((mask >> lane & 1) != 0) made[mask][lane] = next++;
       }
     }
@@ -324,54 +334,58 @@ const LanePermutations& lanePermutations() {
   return permutations;
 }
 
-/// The same with AVX2.
-__attribute__((target("avx2,popcnt"))) int decodeGroupsAvx2(const uint8_t* spreads, int i, int count,
-                                                            int32_t* values,
-                                                            std::array<uint32_t, kManyLanes>& states,
-                                                            const uint8_t*& words, const uint8_t* end,
-                                                            int& special) {
-  constexpr int kStep = static_cast<int>(kManyLanes);
-  const SpreadTables& tables = spreadTables();
-  const auto* base = reinterpret_cast<const int*>(tables.tables[0].slots.data());
-  const LanePermutations& permutations = lanePermutations();
+#define TERRANE_AVX2 __attribute__((target("avx2,popcnt")))
+
+/// Eight lanes' step with AVX2.
+TERRANE_AVX2 inline void decodeEight(const SpreadTables& tables, const LanePermutations& permutations,
+                                     Groups& groups, int i, __m256i& state) {
   const __m256i slotMask = _mm256_set1_epi32(kProbabilityOne - 1);
   const __m256i zero = _mm256_setzero_si256();
-  const __m256i one = _mm256_set1_epi32(1);
-  __m256i state = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(states.data()));
-  for (; i + kStep <= count && end - words >= 2 * kStep; i += kStep) {
-    const __m256i spread =
-        _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(spreads + i)));
-    const __m256i table = _mm256_i32gather_epi32(tables.slotsOfSpread.data(), spread, 4);
-    const __m256i slot = _mm256_add_epi32(table, _mm256_and_si256(state, slotMask));
-    const __m256i entry = _mm256_i32gather_epi32(base, slot, 4);
-    const __m256i frequency = _mm256_and_si256(_mm256_srli_epi32(entry, 8), slotMask);
-    state = _mm256_add_epi32(_mm256_mullo_epi32(frequency, _mm256_srli_epi32(state, kProbabilityBits)),
-                             _mm256_srli_epi32(entry, 20));
+  const auto* base = reinterpret_cast<const int*>(tables.tables[0].slots.data());
+  const __m256i spread =
+      _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(groups.spreads + i)));
+  const __m256i table = _mm256_i32gather_epi32(tables.slotsOfSpread.data(), spread, 4);
+  const __m256i slot = _mm256_add_epi32(table, _mm256_and_si256(state, slotMask));
+  const __m256i entry = _mm256_i32gather_epi32(base, slot, 4);
+  const __m256i frequency = _mm256_and_si256(_mm256_srli_epi32(entry, 8), slotMask);
+  state = _mm256_add_epi32(_mm256_mullo_epi32(frequency, _mm256_srli_epi32(state, kProbabilityBits)),
+                           _mm256_srli_epi32(entry, 20));
 
-    // Lanes whose state is low take the next words, in order.
-    const __m256i isLow = _mm256_cmpeq_epi32(_mm256_srli_epi32(state, 16), zero);
-    const auto mask = static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(isLow)));
-    const __m256i next = _mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(words)));
-    const __m256i order =
-        _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(permutations[mask].data())));
-    const __m256i refilled =
-        _mm256_or_si256(_mm256_slli_epi32(state, 16), _mm256_permutevar8x32_epi32(next, order));
-    state = _mm256_blendv_epi8(state, refilled, isLow);
-    words += 2 * std::popcount(mask);
+  // Lanes whose state is low take the next words, in order.
+  const __m256i isLow = _mm256_cmpeq_epi32(_mm256_srli_epi32(state, 16), zero);
+  const auto mask = static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(isLow)));
+  const __m256i next = _mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(groups.words)));
+  const __m256i order =
+      _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(permutations[mask].data())));
+  const __m256i refilled =
+      _mm256_or_si256(_mm256_slli_epi32(state, 16), _mm256_permutevar8x32_epi32(next, order));
+  state = _mm256_blendv_epi8(state, refilled, isLow);
+  groups.words += 2 * std::popcount(mask);
 
-    const __m256i token = _mm256_and_si256(entry, _mm256_set1_epi32(0x7f));
-    const __m256i value =
-        _mm256_xor_si256(_mm256_srli_epi32(token, 1), _mm256_sub_epi32(zero, _mm256_and_si256(token, one)));
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(values + i), value);
-    const __m256i isWide = _mm256_cmpgt_epi32(spread, _mm256_set1_epi32(kFirstShiftedSpread - 1));
-    const __m256i isSpecial = _mm256_or_si256(_mm256_and_si256(entry, _mm256_set1_epi32(0x80)), isWide);
-    if (_mm256_testz_si256(isSpecial, isSpecial) == 0) {
-      special = i;
-      i += kStep;
-      break;
-    }
+  const __m256i token = _mm256_and_si256(entry, _mm256_set1_epi32(0x7f));
+  const __m256i isOdd = _mm256_sub_epi32(zero, _mm256_and_si256(token, _mm256_set1_epi32(1)));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(groups.values + i),
+                      _mm256_xor_si256(_mm256_srli_epi32(token, 1), isOdd));
+  const __m256i isWide = _mm256_cmpgt_epi32(spread, _mm256_set1_epi32(kFirstShiftedSpread - 1));
+  const __m256i isSpecial = _mm256_or_si256(_mm256_and_si256(entry, _mm256_set1_epi32(0x80)), isWide);
+  groups.special |= static_cast<uint64_t>(_mm256_testz_si256(isSpecial, isSpecial) == 0 ? 1 : 0) << (i / 8);
+}
+
+/// The same as decodeGroupsAnywhere(), two eights at a time.
+TERRANE_AVX2 int decodeGroupsAvx2(Groups& groups) {
+  static_assert(kManyLanes == 16);
+  const SpreadTables& tables = spreadTables();
+  const LanePermutations& permutations = lanePermutations();
+  auto* states = reinterpret_cast<__m256i*>(groups.states.data());
+  __m256i first = _mm256_loadu_si256(states);
+  __m256i second = _mm256_loadu_si256(states + 1);
+  int i = 0;
+  for (; groups.hasMore(i); i += Groups::kStep) {
+    decodeEight(tables, permutations, groups, i, first);
+    decodeEight(tables, permutations, groups, i + 8, second);
   }
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(states.data()), state);
+  _mm256_storeu_si256(states, first);
+  _mm256_storeu_si256(states + 1, second);
   return i;
 }
 #endif
@@ -382,12 +396,6 @@ DecodeGroups chooseDecodeGroups() {
   if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("popcnt") != 0) return decodeGroupsAvx2;
 #endif
   return decodeGroupsAnywhere;
-}
-int decodeGroups(const uint8_t* spreads, int i, int count, int32_t* values,
-                 std::array<uint32_t, kManyLanes>& states, const uint8_t*& words, const uint8_t* end,
-                 int& special) {
-  static const DecodeGroups chosen = chooseDecodeGroups();
-  return chosen(spreads, i, count, values, states, words, end, special);
 }
 
 }  // namespace
@@ -435,13 +443,28 @@ bool SegmentReader::answer(int odds) {
   return isYes;
 }
 
+void SegmentReader::refillPlain() {
+  // As many bytes as fit, or as there are.
+  if (plainEnd_ - plain_ >= 8) {
+    uint64_t next = 0;
+    for (int byte = 0; byte < 8; ++byte) next |= static_cast<uint64_t>(plain_[byte]) << (8 * byte);
+    const int bytes = (64 - bitCount_) / 8;
+    if (bytes < 8) next &= (uint64_t{1} << (8 * bytes)) - 1;
+    bits_ |= bytes > 0 ? next << bitCount_ : 0;
+    plain_ += bytes;
+    bitCount_ += 8 * bytes;
+    return;
+  }
+  while (bitCount_ <= 56 && plain_ < plainEnd_) {
+    bits_ |= static_cast<uint64_t>(*plain_++) << bitCount_;
+    bitCount_ += 8;
+  }
+}
+
 uint32_t SegmentReader::plain(int bits) {
   if (bitCount_ < bits) {
-    // As many bytes as fit, or as there are; beyond the end all bits are zero, and it is noted.
-    while (bitCount_ <= 56 && plain_ < plainEnd_) {
-      bits_ |= static_cast<uint64_t>(*plain_++) << bitCount_;
-      bitCount_ += 8;
-    }
+    refillPlain();
+    // Beyond the end all bits are zero, and it is noted.
     if (bitCount_ < bits) {
       overrun_ = true;
       bitCount_ = bits;
@@ -465,30 +488,39 @@ int32_t SegmentReader::plainNumber() {
 }
 
 void SegmentReader::numbers(const uint8_t* spreads, int count, int32_t* values) {
+  static const DecodeGroups decodeGroups = chooseDecodeGroups();
+  TERRANE_CHECK(count <= 512, "{} numbers at once", count);
   int i = 0;
   if (lanes_ == kManyLanes) {
-    // Eight independent states at a time, while there are surely enough words.
     std::array<uint32_t, kManyLanes> states;
     for (size_t lane = 0; lane < kManyLanes; ++lane) states[lane] = states_[(lane_ + lane) % kManyLanes];
-    constexpr int kStep = static_cast<int>(kManyLanes);
-    int special = 0;
-    while (i < count && special >= 0) {
-      special = -1;
-      i = decodeGroups(spreads, i, count, values, states, words_, wordsEnd_, special);
-      if (special >= 0) finishNumbers(spreads + special, kStep, values + special);
-    }
+    Groups groups{spreads, count, values, states, words_, wordsEnd_};
+    i = decodeGroups(groups);
     for (size_t lane = 0; lane < kManyLanes; ++lane) states_[(lane_ + lane) % kManyLanes] = states[lane];
+    // note: plain bits are a stream of their own, so what needs some can wait until here.
+    for (uint64_t left = groups.special; left != 0; left &= left - 1) {
+      const int first = 8 * std::countr_zero(left);
+      finishNumbers(spreads + first, 8, values + first);
+    }
   }
   for (; i < count; ++i) values[i] = number(spreads[i]);
 }
 
 void SegmentReader::finishNumbers(const uint8_t* spreads, int count, int32_t* values) {
+  const SpreadTables& tables = spreadTables();
   for (int i = 0; i < count; ++i) {
-    const TokenTable& table = spreadTables().table(spreads[i]);
-    if (zigzag(values[i]) + 1 == static_cast<uint32_t>(table.tokens)) values[i] = larger(table);
-    const int plainBits = SpreadTables::plainBits(spreads[i]);
-    if (plainBits > 0)
+    const uint8_t spread = spreads[i];
+    if (zigzag(values[i]) + 1 == tables.tokensOfSpread[spread]) values[i] = larger(tables.table(spread));
+    const int plainBits = tables.plainBitsOfSpread[spread];
+    if (plainBits > bitCount_) refillPlain();
+    if (plainBits > bitCount_) {
       values[i] = static_cast<int32_t>(static_cast<uint32_t>(values[i]) << plainBits | plain(plainBits));
+      continue;
+    }
+    const auto lowest = static_cast<uint32_t>(bits_ & ((uint64_t{1} << plainBits) - 1));
+    bits_ >>= plainBits;
+    bitCount_ -= plainBits;
+    values[i] = static_cast<int32_t>(static_cast<uint32_t>(values[i]) << plainBits | lowest);
   }
 }
 

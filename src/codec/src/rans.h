@@ -22,7 +22,7 @@ inline constexpr uint32_t kProbabilityOne = 1U << kProbabilityBits;
 /// A segment's symbols take turns among several coders, so that a processor can work on all of them at once:
 /// many where there is much to say, few where their own bytes would count.
 inline constexpr unsigned kFewLanes = 2;
-inline constexpr unsigned kManyLanes = 8;
+inline constexpr unsigned kManyLanes = 16;
 
 /// How widely whole numbers are spread: spread i stands for a mean size of 2^(i / 4 - 4).
 inline constexpr int kSpreads = 96;
@@ -49,6 +49,8 @@ struct SpreadTables {
   std::array<const TokenTable*, kSpreads> bySpread{};
   /// Where a spread's slots begin, counted from the first table's.
   std::array<int32_t, kSpreads> slotsOfSpread{};
+  std::array<uint32_t, kSpreads> tokensOfSpread{};
+  std::array<uint8_t, kSpreads> plainBitsOfSpread{};
 
   static constexpr int plainBits(int spread) {
     return spread < kFirstShiftedSpread ? 0 : (spread - kFirstShiftedSpread) / 4 + 1;
@@ -99,7 +101,7 @@ class SegmentReader {
   bool answer(int odds);
   uint32_t plain(int bits);
   int32_t plainNumber();
-  /// `count` numbers at once, each with a spread of its own.
+  /// `count` numbers at once, at most 512, each with a spread of its own.
   void numbers(const uint8_t* spreads, int count, int32_t* values);
   /// Were all symbols read, as they were written?
   bool finish() const;
@@ -108,6 +110,7 @@ class SegmentReader {
   uint32_t slot(const TokenTable& table);
   void next() { lane_ = lane_ + 1 == lanes_ ? 0 : lane_ + 1; }
   void refill(uint32_t& state);
+  void refillPlain();
   int32_t larger(const TokenTable& table);
   /// What goes beyond tokens: larger numbers, and lowest bits.
   void finishNumbers(const uint8_t* spreads, int count, int32_t* values);
