@@ -59,8 +59,14 @@ RangePredictor::RangePredictor(const Tile& tile, const TileNodes& nodes, const E
     for (int blockCol = 0; blockCol < kBlocks; ++blockCol) {
       const auto block = static_cast<size_t>(blockRow * kBlocks + blockCol);
       const auto first = static_cast<size_t>(blockCol * kBlockCells);
-      blockLow_[block] = *std::min_element(&rowLow[first], &rowLow[first] + kBlockCells + 1);
-      blockHigh_[block] = *std::max_element(&rowHigh[first], &rowHigh[first] + kBlockCells + 1);
+      float low = rowLow[first];
+      float high = rowHigh[first];
+      for (size_t x = first + 1; x <= first + kBlockCells; ++x) {
+        low = std::min(low, rowLow[x]);
+        high = std::max(high, rowHigh[x]);
+      }
+      blockLow_[block] = low;
+      blockHigh_[block] = high;
     }
   }
 }

@@ -17,7 +17,7 @@ namespace {
 
 constexpr uint32_t kLowestState = 1U << 16;
 /// From about how many bits on a segment has many lanes.
-constexpr size_t kManyBits = 40000;
+constexpr size_t kManyBits = 16000;
 
 /// e^(-1 / (2 s)) for s = 2^(i / 4 - 4) / (2 ln 2): what a logistic distribution of that mean size loses in
 /// half a step. Given as numbers so that no machine's exp() matters.

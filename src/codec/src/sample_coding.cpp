@@ -21,7 +21,11 @@ using SpreadShifts = std::array<int8_t, kOctaves>;
 
 /// Contexts of the question "is it void", by how many of four neighbours are, and by the samples of the same
 /// kind to the west and north.
-constexpr int kVoidContexts = 20;
+constexpr int kVoidContexts = 22;
+/// Runs of so many samples are asked about together where all around them is void, or nothing is: the last
+/// two contexts.
+constexpr int kRun = 16;
+constexpr size_t kRunContext = 20;
 /// Contexts of the question "has it a height of its own", by bend and expected size of a miss.
 constexpr int kBendClasses = 6;
 constexpr int kSizeClasses = 8;
@@ -42,6 +46,7 @@ int usualOwnOdds(int context) {
   return std::clamp(16 + 3 * (context / kSizeClasses) + (context % kSizeClasses), 1, kOddsSteps - 1);
 }
 int usualVoidOdds(int context) {
+  if (context >= static_cast<int>(kRunContext)) return 4;
   static constexpr std::array<int, 5> kUsual = {4, 16, 24, 32, 44};
   const int odds =
       kUsual[static_cast<size_t>(context % 5)] + (context / 5 % 2 == 0 ? -4 : 4) + (context < 10 ? -4 : 4);
@@ -113,6 +118,26 @@ size_t voidContext(const Grid& grid, int x, int y, const SampleState* states) {
   const bool west = x > 0 ? isVoid(-1, 0) : voids >= 2;
   const bool north = y > 0 ? isVoid(0, -1) : voids >= 2;
   return static_cast<size_t>(voids + (west ? 5 : 0) + (north ? 10 : 0));
+}
+
+/// What is around a run of samples: nothing void, all void, or some.
+enum class RunAround : uint8_t { Ground = 0, Void = 1, Both = 2 };
+RunAround aroundRun(const Grid& grid, int x, int end, int y, const SampleState* states) {
+  bool anyVoid = false;
+  bool anyGround = false;
+  const auto look = [&](int at) {
+    if (at < 0) return;
+    anyVoid |= states[at] == SampleState::Void;
+    anyGround |= states[at] != SampleState::Void;
+  };
+  for (; x < end; ++x) {
+    const auto [endA, endB, apexA, apexB] = grid.around(x, y);
+    look(endA);
+    look(endB);
+    look(apexA);
+    look(apexB);
+  }
+  return anyVoid && anyGround ? RunAround::Both : anyVoid ? RunAround::Void : RunAround::Ground;
 }
 
 /// Nearest step numbers of heights; exact doubles in a fixed order, so that every machine gets the same.
@@ -437,11 +462,24 @@ class LevelEncoder {
 
   void askRow(const Grid& grid, int y, Questions<kVoidContexts>& isVoid, Questions<kOwnContexts>& isOwn) {
     const SampleState* states = samples_.states.data();
-    for (int x = 0; x < grid.cols && ownStates_.anyVoid; ++x) {
-      const size_t context = voidContext(grid, x, y, states);
-      const bool yes = states[grid.indexOf(x, y)] == SampleState::Void;
+    const auto answer = [&](size_t context, bool yes) {
       ++isVoid.counts[context][yes ? 1 : 0];
       answers_.emplace_back(static_cast<uint8_t>(context), yes);
+    };
+    for (int x = 0; x < grid.cols && ownStates_.anyVoid; x += kRun) {
+      const int end = std::min(x + kRun, grid.cols);
+      const RunAround around = aroundRun(grid, x, end, y, states);
+      if (around != RunAround::Both) {
+        bool differs = false;
+        for (int at = x; at < end; ++at) {
+          const bool yes = states[grid.indexOf(at, y)] == SampleState::Void;
+          differs |= yes != (around == RunAround::Void);
+        }
+        answer(kRunContext + static_cast<size_t>(around), differs);
+        if (!differs) continue;
+      }
+      for (int at = x; at < end; ++at)
+        answer(voidContext(grid, at, y, states), states[grid.indexOf(at, y)] == SampleState::Void);
     }
     if (!ownStates_.anyInterpolated || !ownStates_.anyCoded) return;
     for (int x = 0; x < grid.cols; ++x) {
@@ -521,6 +559,10 @@ class LevelDecoder {
       predictRow(scratch_.planes, kind, y, weights, scratch_.predicted);
       if (asks) {
         decodeStates(grid, y, isVoid, isOwn, in);
+        if (isAllCoded(grid, y)) {
+          decodeAll(grid, y, spreads, in);
+          continue;
+        }
         decodeSome(grid, y, spreads, in);
       } else {
         const SampleState all = ownStates_.anyVoid    ? SampleState::Void
@@ -545,9 +587,17 @@ class LevelDecoder {
                     const Questions<kOwnContexts>& isOwn, SegmentReader& in) {
     SampleState* states = samples_.states.data();
     const SampleState ground = ownStates_.anyInterpolated ? SampleState::Interpolated : SampleState::Coded;
-    for (int x = 0; x < grid.cols; ++x) {
-      const bool yes = ownStates_.anyVoid && in.answer(isVoid.odds[voidContext(grid, x, y, states)]);
-      states[grid.indexOf(x, y)] = yes ? SampleState::Void : ground;
+    for (int x = 0; x < grid.cols; x += kRun) {
+      const int end = std::min(x + kRun, grid.cols);
+      const RunAround around = ownStates_.anyVoid ? aroundRun(grid, x, end, y, states) : RunAround::Ground;
+      const bool isAlike =
+          !ownStates_.anyVoid ||
+          (around != RunAround::Both && !in.answer(isVoid.odds[kRunContext + static_cast<size_t>(around)]));
+      for (int at = x; at < end; ++at) {
+        const bool yes =
+            isAlike ? around == RunAround::Void : in.answer(isVoid.odds[voidContext(grid, at, y, states)]);
+        states[grid.indexOf(at, y)] = yes ? SampleState::Void : ground;
+      }
     }
     if (!ownStates_.anyInterpolated || !ownStates_.anyCoded) return;
     for (int x = 0; x < grid.cols; ++x) {
@@ -558,6 +608,13 @@ class LevelDecoder {
       const int context = ownContext(scratch_.predicted.bend[at], scratch_.predicted.context[at]);
       if (in.answer(isOwn.odds[static_cast<size_t>(context)])) state = SampleState::Coded;
     }
+  }
+
+  bool isAllCoded(const Grid& grid, int y) const {
+    const SampleState* states = samples_.states.data() + grid.indexOf(0, y);
+    int others = 0;
+    for (int x = 0; x < grid.cols; ++x) others += states[2 * x * s_] != SampleState::Coded ? 1 : 0;
+    return others == 0;
   }
 
   /// A row of which every sample is coded.
