@@ -9,6 +9,7 @@
 #include "example_manifest.h"
 #include "fuzz_tiles.h"
 #include "pmtiles_format.h"
+#include "random_images.h"
 #include "random_tiles.h"
 #include "terrane/dataset/manifest.h"
 #include "terrane/dataset/pmtiles.h"
@@ -45,6 +46,15 @@ void makePayloads() {
     const Tile tile = randomTile(TileId{}.child(quadrant), &parent.samples, kFuzzScale, options, random);
     storeTile("child_" + std::to_string(quadrant), static_cast<uint8_t>(1 | quadrant << 1),
               encodeTile(tile, &parent.samples, quadrant, kFuzzScale));
+  }
+}
+
+void makeImagery() {
+  for (const bool holes : {false, true}) {
+    const ImageryTile tile = randomImage(1, holes);
+    const std::string suffix = holes ? "_holes" : "_full";
+    store("imagery_payload", "jpeg" + suffix, encodeImagery(tile, ImageryFormat::Jpeg, 10));
+    store("imagery_payload", "webp" + suffix, encodeImagery(tile, ImageryFormat::Webp, 10));
   }
 }
 
@@ -94,6 +104,7 @@ int main(int argc, char** argv) {
   }
   terrane::folder = argv[1];
   terrane::makePayloads();
+  terrane::makeImagery();
   terrane::makeArchives();
   terrane::makeManifest();
 }
