@@ -182,4 +182,13 @@ Result<std::vector<InputPath>> expandInputs(const std::vector<std::string>& inpu
   return std::move(expander.found);
 }
 
+std::string fileBehind(const std::string& path) {
+  constexpr std::string_view kZip = "/vsizip/";
+  if (path.rfind(kZip, 0) == 0) {
+    const size_t end = path.find(".zip", kZip.size());
+    return end == std::string::npos ? std::string() : path.substr(kZip.size(), end + 4 - kZip.size());
+  }
+  return path.rfind("/vsi", 0) == 0 ? std::string() : path;
+}
+
 }  // namespace terrane

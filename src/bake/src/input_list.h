@@ -23,4 +23,7 @@ struct InputPath {
 /// Errors: nothing there, an empty folder or glob, a list that holds itself. Opens no raster.
 Result<std::vector<InputPath>> expandInputs(const std::vector<std::string>& inputs);
 
+/// The file on disk behind a raster: itself, or the archive around it; empty where there is none.
+std::string fileBehind(const std::string& path);
+
 }  // namespace terrane

@@ -221,21 +221,11 @@ Result<std::vector<InputRaster>> describeInputs(const std::vector<InputPath>& pa
   return kept;
 }
 
-// The file on disk behind a raster: itself, or the archive around it; empty where there is none.
-std::string fileToHash(const std::string& path) {
-  constexpr std::string_view kZip = "/vsizip/";
-  if (path.rfind(kZip, 0) == 0) {
-    const size_t end = path.find(".zip", kZip.size());
-    return end == std::string::npos ? std::string() : path.substr(kZip.size(), end + 4 - kZip.size());
-  }
-  return path.rfind("/vsi", 0) == 0 ? std::string() : path;
-}
-
 Status hashInputs(PlacedSource& source, Progress& progress) {
   progress.beginStage("hashing inputs", static_cast<int64_t>(source.inputs.size()), "files");
   std::vector<std::string> errors(source.inputs.size());
   tbb::parallel_for(size_t{0}, source.inputs.size(), [&](size_t i) {
-    const std::string file = fileToHash(source.inputs[i].raster.path);
+    const std::string file = fileBehind(source.inputs[i].raster.path);
     if (!file.empty() && source.inputs[i].raster.bytes > 0) {
       auto hash = sha256OfFile(file);
       if (hash.ok())

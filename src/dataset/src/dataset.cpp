@@ -34,6 +34,7 @@ struct Dataset::State {
   std::string directory;
   Manifest manifest;
   PmtilesReader elevation;
+  std::vector<PmtilesReader> imagery;  ///< a layer
   mutable std::atomic<uint64_t> bytesRead{0};
 };
 
@@ -55,18 +56,31 @@ Result<Dataset> Dataset::open(const std::string& directory) {
   for (const ArchiveRecord& record : manifest.archives) {
     TERRANE_TRY(checkSize(pathIn(directory, record.name), record));
   }
-  const bool isListed =
-      std::any_of(manifest.archives.begin(), manifest.archives.end(),
-                  [](const ArchiveRecord& record) { return record.name == kElevationArchive; });
-  if (!isListed)
-    return makeError("{}: lists no {}; build the dataset again", manifestPath, kElevationArchive);
+  const auto checkListed = [&](const std::string& name) -> Status {
+    for (const ArchiveRecord& record : manifest.archives)
+      if (record.name == name) return {};
+    return makeError("{}: lists no {}; build the dataset again", manifestPath, name);
+  };
+  TERRANE_TRY(checkListed(kElevationArchive));
   const std::string elevationPath = pathIn(directory, kElevationArchive);
   TERRANE_ASSIGN(PmtilesReader elevation, PmtilesReader::open(elevationPath));
   if (elevation.tileCount() != manifest.tileCount) {
     return makeError("{}: has {} tiles, the manifest says {}: build the dataset again", elevationPath,
                      elevation.tileCount(), manifest.tileCount);
   }
-  return Dataset(std::make_unique<State>(directory, std::move(manifest), std::move(elevation)));
+  std::vector<PmtilesReader> imagery;
+  for (const ImageryLayerRecord& layer : manifest.imagery) {
+    TERRANE_TRY(checkListed(layer.archive));
+    TERRANE_ASSIGN(PmtilesReader reader, PmtilesReader::open(pathIn(directory, layer.archive)));
+    if (reader.tileCount() != layer.tileCount) {
+      return makeError("{}: has {} tiles, the manifest says {}: build the dataset again",
+                       pathIn(directory, layer.archive), reader.tileCount(), layer.tileCount);
+    }
+    imagery.push_back(std::move(reader));
+  }
+  auto state = std::make_unique<State>(directory, std::move(manifest), std::move(elevation));
+  state->imagery = std::move(imagery);
+  return Dataset(std::move(state));
 }
 
 Dataset::Dataset(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -85,6 +99,17 @@ Result<std::optional<std::vector<uint8_t>>> Dataset::readElevation(TileId id) co
   auto bytes = state_->elevation.read(id);
   if (bytes.ok() && bytes->has_value()) state_->bytesRead += (*bytes)->size();
   return bytes;
+}
+
+Result<std::optional<std::vector<uint8_t>>> Dataset::readImagery(size_t layer, TileId id) const {
+  TERRANE_CHECK(layer < state_->imagery.size(), "layer {} of {}", layer, state_->imagery.size());
+  auto bytes = state_->imagery[layer].read(id);
+  if (bytes.ok() && bytes->has_value()) state_->bytesRead += (*bytes)->size();
+  return bytes;
+}
+std::vector<TileId> Dataset::imageryTiles(size_t layer) const {
+  TERRANE_CHECK(layer < state_->imagery.size(), "layer {} of {}", layer, state_->imagery.size());
+  return state_->imagery[layer].tiles();
 }
 
 std::vector<TileId> Dataset::elevationTiles() const {

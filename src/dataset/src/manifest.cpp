@@ -18,7 +18,14 @@ constexpr size_t kSealDigits = 64;
 constexpr const char* kFormat = "terrane-dataset";
 constexpr const char* kElevationArchive = "elevation.pmtiles";
 constexpr const char* kElevationCodec = "terrane-elevation";
+<<<<<<< HEAD
 constexpr int kElevationCodecVersion = 2;
+=======
+constexpr int kElevationCodecVersion = 1;
+constexpr const char* kImageryCodec = "terrane-imagery";
+constexpr int kImageryCodecVersion = 1;
+constexpr size_t kMostImageryLayers = 256;
+>>>>>>> 183a75b (Imagery layers: pictures onto the quadtree's texels, level by level, and into the manifest)
 /// Integers beyond it are not safe in every JSON reader.
 constexpr uint64_t kLargestInteger = uint64_t{1} << 53;
 
@@ -58,6 +65,9 @@ class MemberReader {
     return emptyArray();
   }
 
+  /// Whether there is such a member at all.
+  bool has(const char* name) const { return object_.is_object() && object_.contains(name); }
+
   void read(const char* name, std::string& out) const {
     const Json& value = member(name);
     if (!value.is_string()) return fail(name, "is not a text");
@@ -92,11 +102,12 @@ class MemberReader {
     if (!error_) error_ = makeError("\"{}\" {}", pathOf(name), what);
   }
 
- private:
   std::string pathOf(const char* name) const {
     if (path_.empty() || *name == '\0') return path_ + name;
     return path_ + "." + name;
   }
+
+ private:
   const Json& member(const char* name) const {
     static const Json kNothing;
     const auto found = object_.is_object() ? object_.find(name) : object_.end();
@@ -131,7 +142,8 @@ Json inputToJson(const InputRecord& input) {
 void readInputs(const MemberReader& members, std::vector<InputRecord>& inputs, std::optional<Error>& error) {
   for (const Json& entry : members.array("inputs", 10'000'000)) {
     InputRecord& input = inputs.emplace_back();
-    const MemberReader record(entry, fmt::format("inputs[{}]", inputs.size() - 1), error);
+    const MemberReader record(entry, fmt::format("{}[{}]", members.pathOf("inputs"), inputs.size() - 1),
+                              error);
     record.read("name", input.name);
     record.readInteger("bytes", input.bytes, 0, kLargestInteger);
     record.readSha256("sha256", input.sha256);
@@ -144,6 +156,84 @@ void readInputs(const MemberReader& members, std::vector<InputRecord>& inputs, s
     record.readInteger("nativeLevel", input.nativeLevel, 0, kMaxLevel);
     record.read("noData", input.noData);
     if (error) return;
+  }
+}
+
+const char* formatName(ImageryFormat format) {
+  return format == ImageryFormat::Webp ? "webp" : "jpeg";
+}
+
+Json imageryToJson(const ImageryLayerRecord& layer) {
+  Json inputs = Json::array();
+  for (const InputRecord& input : layer.inputs) inputs.push_back(inputToJson(input));
+  Json stretch = Json::array();
+  for (const auto& [low, high] : layer.stretch) stretch.push_back({{"black", low}, {"white", high}});
+  return {{"name", layer.name},
+          {"archive", layer.archive},
+          {"codec", kImageryCodec},
+          {"codecVersion", kImageryCodecVersion},
+          {"format", formatName(layer.format)},
+          {"quality", layer.quality},
+          {"tileSide", kImageryTileSide},
+          {"finestLevel", layer.finestLevel},
+          {"tileCount", layer.tileCount},
+          {"bounds",
+           {{"west", layer.bounds[0]},
+            {"south", layer.bounds[1]},
+            {"east", layer.bounds[2]},
+            {"north", layer.bounds[3]}}},
+          {"attribution", layer.attribution},
+          {"bands", layer.bands},
+          {"stretch", stretch},
+          {"inputs", inputs}};
+}
+
+void readImageryLayer(const MemberReader& json, ImageryLayerRecord& layer, std::optional<Error>& error) {
+  std::string codec, format;
+  int version = 0, tileSide = 0;
+  json.read("name", layer.name);
+  if (!isImageryName(layer.name)) json.fail("name", "is not 1 to 64 letters, digits, '-' and '_'");
+  json.read("archive", layer.archive);
+  if (layer.archive != imageryArchiveName(layer.name))
+    json.fail("archive", fmt::format("is not \"{}\"", imageryArchiveName(layer.name)));
+  json.read("codec", codec);
+  if (codec != kImageryCodec) json.fail("codec", fmt::format("is not \"{}\"", kImageryCodec));
+  json.readInteger("codecVersion", version, 1, kImageryCodecVersion);
+  json.read("format", format);
+  layer.format = format == "webp" ? ImageryFormat::Webp : ImageryFormat::Jpeg;
+  if (format != formatName(layer.format)) json.fail("format", "is neither \"jpeg\" nor \"webp\"");
+  json.readInteger("quality", layer.quality, 1, 100);
+  json.readInteger("tileSide", tileSide, kImageryTileSide, kImageryTileSide);
+  json.readInteger("finestLevel", layer.finestLevel, 0, kMaxLevel);
+  json.readInteger("tileCount", layer.tileCount, 1, kLargestInteger);
+  const MemberReader bounds = json.object("bounds");
+  bounds.read("west", layer.bounds[0], -1e12, 1e12);
+  bounds.read("south", layer.bounds[1], -1e12, 1e12);
+  bounds.read("east", layer.bounds[2], layer.bounds[0], 1e12);
+  bounds.read("north", layer.bounds[3], layer.bounds[1], 1e12);
+  json.read("attribution", layer.attribution);
+  json.read("bands", layer.bands);
+  for (const Json& entry : json.array("stretch", 4)) {
+    const MemberReader channel(entry, json.pathOf("stretch"), error);
+    auto& [low, high] = layer.stretch.emplace_back();
+    channel.read("black", low, -1e300, 1e300);
+    channel.read("white", high, -1e300, 1e300);
+  }
+  readInputs(json, layer.inputs, error);
+}
+
+/// Datasets without imagery need not mention it.
+void readImagery(const MemberReader& layers, std::vector<ImageryLayerRecord>& imagery,
+                 std::optional<Error>& error) {
+  if (!layers.has("imagery")) return;
+  for (const Json& entry : layers.array("imagery", kMostImageryLayers)) {
+    const MemberReader json(entry, fmt::format("layers.imagery[{}]", imagery.size()), error);
+    ImageryLayerRecord layer;
+    readImageryLayer(json, layer, error);
+    const auto sameName = [&](const ImageryLayerRecord& other) { return other.name == layer.name; };
+    if (std::any_of(imagery.begin(), imagery.end(), sameName)) json.fail("name", "is another layer's too");
+    if (error) return;
+    imagery.push_back(std::move(layer));
   }
 }
 
@@ -206,6 +296,17 @@ void readElevation(const MemberReader& members, Manifest& manifest) {
 
 }  // namespace
 
+bool isImageryName(const std::string& name) {
+  const auto isFine = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  };
+  return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), isFine);
+}
+
+std::string imageryArchiveName(const std::string& layerName) {
+  return layerName == "imagery" ? "imagery.pmtiles" : "imagery-" + layerName + ".pmtiles";
+}
+
 std::optional<size_t> findSeal(std::string_view text) {
   // note: inside a JSON text a quotation mark is written \", so no value can look like this member.
   const size_t found = text.find(kSealMember);
@@ -238,7 +339,7 @@ std::string manifestToJson(const Manifest& manifest) {
     archives.push_back({{"name", archive.name}, {"bytes", archive.bytes}, {"sha256", archive.sha256}});
   }
 
-  const Json json = {
+  Json json = {
       {"format", kFormat},
       {"formatVersion", manifest.formatVersion},
       {"name", manifest.name},
@@ -274,6 +375,8 @@ std::string manifestToJson(const Manifest& manifest) {
       {"archives", archives},
       {"manifestSha256", std::string(kSealDigits, '0')},
   };
+  for (const ImageryLayerRecord& layer : manifest.imagery)
+    json["layers"]["imagery"].push_back(imageryToJson(layer));
   // File names need not be UTF-8, JSON must be.
   return sealManifest(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
@@ -316,6 +419,7 @@ Result<Manifest> manifestFromJson(const std::string& text, const std::string& wh
   crs.read("verticalDatum", manifest.verticalDatum);
   readFrame(members, manifest);
   readElevation(members, manifest);
+  readImagery(members.object("layers"), manifest.imagery, error);
   members.read("attribution", manifest.attribution);
   readInputs(members, manifest.inputs, error);
   members.read("builtBy", manifest.builtBy);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "terrane/bake/imagery.h"
 #include "terrane/bake/source.h"
 #include "terrane/base/progress.h"
 #include "terrane/base/result.h"
@@ -18,6 +19,7 @@ struct BuildOptions {
   uint64_t memoryBytes = 0;  ///< 0: a quarter of the machine's
   std::string optionsText;   ///< for the manifest
   std::string attribution;
+  ImageryOptions imagery;
   const std::atomic<bool>* cancel = nullptr;  ///< once true, the build ends with an error; may be null
 };
 
@@ -34,6 +36,8 @@ struct BuildReport {
   uint64_t archiveBytes = 0;
   double samples = 0.0;  ///< samples with data, of all inputs on their native levels
   double bitsPerSample = 0.0;
+  uint64_t imageryTiles = 0;  ///< of all layers
+  uint64_t imageryBytes = 0;
   double seconds = 0.0;
   std::vector<StageReport> stages;
 };

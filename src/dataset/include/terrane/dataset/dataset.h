@@ -30,7 +30,11 @@ class Dataset {
   Result<std::optional<std::vector<uint8_t>>> readElevation(TileId id) const;
   /// All stored elevation tiles, in the archive's order.
   std::vector<TileId> elevationTiles() const;
-  /// Bytes that readElevation() has returned so far.
+  /// The stored bytes of a tile of the imagery layer at `layer` of manifest().imagery, or nothing where none
+  /// is stored; and all tiles of the layer, in the archive's order.
+  Result<std::optional<std::vector<uint8_t>>> readImagery(size_t layer, TileId id) const;
+  std::vector<TileId> imageryTiles(size_t layer) const;
+  /// Bytes that readElevation() and readImagery() have returned so far.
   uint64_t bytesRead() const;
 
  private:

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "terrane/base/result.h"
+#include "terrane/codec/imagery_codec.h"
 #include "terrane/codec/tile.h"
 #include "terrane/tiling/frame.h"
 
@@ -32,6 +34,25 @@ struct ArchiveRecord {
   std::string sha256;
 };
 
+/// One layer of pictures over the ground.
+struct ImageryLayerRecord {
+  std::string name;     ///< letters, digits, '-' and '_', at most 64
+  std::string archive;  ///< imageryArchiveName(name)
+  ImageryFormat format = ImageryFormat::Jpeg;
+  int quality = 80;     ///< 1 to 100, the encoder's
+  int finestLevel = 0;  ///< of the same quadtree as elevation; may be deeper
+  uint64_t tileCount = 0;
+  std::array<double, 4> bounds{};  ///< west, south, east, north: what is covered, CRS units
+  std::string attribution;
+  std::string bands;  ///< which bands became colours, of the first picture, for people
+  std::vector<std::array<double, 2>> stretch;  ///< a channel: the values that became black and white
+  std::vector<InputRecord> inputs;             ///< bottom to top
+};
+/// "imagery.pmtiles" for the layer "imagery", for others "imagery-NAME.pmtiles".
+std::string imageryArchiveName(const std::string& layerName);
+/// May a layer have this name?
+bool isImageryName(const std::string& name);
+
 /// `manifest.json` (docs/format/manifest.schema.json): all that a client must know before it asks for tiles.
 struct Manifest {
   static constexpr int kFormatVersion = 1;
@@ -47,9 +68,10 @@ struct Manifest {
   double maxHeight = 0.0;
   double maxErrorMeters = 0.0;  ///< stated bound |dataset - source| at the finest level; 0 for lossless
   ElevationScale scale;
-  uint64_t tileCount = 0;     ///< stored elevation tiles
-  double coveredCells = 0.0;  ///< cells of the finest level that are ground
-  std::string verticalDatum;  ///< free text, empty when unknown
+  uint64_t tileCount = 0;                   ///< stored elevation tiles
+  double coveredCells = 0.0;                ///< cells of the finest level that are ground
+  std::vector<ImageryLayerRecord> imagery;  ///< bottom to top; empty in datasets without
+  std::string verticalDatum;                ///< free text, empty when unknown
   std::string attribution;
   std::vector<ArchiveRecord> archives;
   std::vector<InputRecord> inputs;
