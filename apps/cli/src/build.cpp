@@ -4,6 +4,7 @@
 
 #include "commands.h"
 #include "common.h"
+#include "imagery_options.h"
 #include "terrane/bake/source.h"
 #include "terrane/base/format_number.h"
 
@@ -17,6 +18,8 @@ constexpr const char* kExamples =
     "  terrane build tiles/ -o country.terrane --crs EPSG:25832     a folder, warped to one CRS\n"
     "  terrane build country.tif village.tif -o all.terrane         later inputs lie on top\n"
     "  terrane build @files.txt -o all.terrane --max-error 0.1      inputs listed in a file\n"
+    "  terrane build dem.tif -o photo.terrane --imagery photo.tif\n"
+    "  terrane build dem.tif -o all.terrane --imagery land=b4.tif+b3.tif+b2.tif photo=west.tif east.tif\n"
     "  terrane build old.asc -o old.terrane --source-crs EPSG:31467 --nodata -9999\n"
     "\n"
     "A build works in NAME.terrane.partial, beside the output. There it takes, with the result, 7 to 9 bytes "
@@ -30,8 +33,9 @@ constexpr const char* kExamples =
     "\n"
     "With --json: a line {\"stage\", \"steps\", \"unit\", \"seconds\"} as each stage ends, {\"warning\"} "
     "lines, and at last\n"
-    "{\"output\", \"tiles\", \"archive_bytes\", \"samples\", \"bits_per_sample\", \"seconds\", "
-    "\"jobs_done\", \"jobs_resumed\",\n"
+    "{\"output\", \"tiles\", \"archive_bytes\", \"samples\", \"bits_per_sample\", \"imagery_tiles\", "
+    "\"imagery_bytes\",\n"
+    "\"seconds\", \"jobs_done\", \"jobs_resumed\",\n"
     "\"jobs\": {STAGE: {\"done\", \"resumed\"}}, \"peak_rss_bytes\", \"cpu_seconds\"} or {\"error\"}.\n"
     "\n"
     "Exit status: 0 built, 1 failed (the message says what is left to go on from), 2 wrong usage.";
@@ -39,6 +43,7 @@ constexpr const char* kExamples =
 struct Options {
   SourceOptions source;
   BuildOptions build;
+  ImageryArguments imagery;
   OutputOptions output;
   std::string memory;
 };
@@ -71,6 +76,8 @@ void say(const BuildReport& report, const Options& options) {
                {"archive_bytes", report.archiveBytes},
                {"samples", report.samples},
                {"bits_per_sample", report.bitsPerSample},
+               {"imagery_tiles", report.imageryTiles},
+               {"imagery_bytes", report.imageryBytes},
                {"seconds", report.seconds},
                {"jobs_done", done},
                {"jobs_resumed", resumed},
@@ -81,6 +88,10 @@ void say(const BuildReport& report, const Options& options) {
     fmt::print("{}: {} tiles, {}, {:.2f} bits a sample, in {}\n", options.build.output,
                formatCount(static_cast<int64_t>(report.tiles)), formatBytes(report.archiveBytes),
                report.bitsPerSample, formatDuration(report.seconds));
+    if (report.imageryTiles > 0) {
+      fmt::print("imagery: {} tiles, {}\n", formatCount(static_cast<int64_t>(report.imageryTiles)),
+                 formatBytes(report.imageryBytes));
+    }
   }
 }
 
@@ -93,7 +104,15 @@ int runBuild(Options options) {
     }
     options.build.memoryBytes = *bytes;
   }
+  auto imagery = parseImagery(options.imagery);
+  if (!imagery.ok()) {
+    fail(imagery.error(), options.output);
+    return kExitUsage;
+  }
+  options.build.imagery = std::move(imagery).value();
   options.build.optionsText = describe(options.source);
+  if (const std::string text = describeImagery(options.imagery); !text.empty())
+    options.build.optionsText += (options.build.optionsText.empty() ? "" : " ") + text;
   options.build.cancel = &interruptFlag();
 
   // An output that cannot be made is known before the inputs are read.
@@ -134,6 +153,7 @@ void addBuildCommand(CLI::App& app, CommandContext& context) {
       ->excludes(lossless);
   command->add_option("--attribution", build.attribution,
                       "Whose data it is, for the manifest and for viewers");
+  addImageryOptions(*command, options->imagery);
   command->add_option("--threads", build.threads, "Threads to work with (default: all cores)")
       ->check(CLI::Range(1, 1024));
   command->add_option("--memory", options->memory, "Memory to work with, as 500M or 2G (default: a quarter)");

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "commands.h"
 #include "common.h"
@@ -23,6 +25,9 @@ constexpr const char* kExamples =
     "height_step_meters, max_error_meters, lossless, files [{name, bytes, sha256}], bytes, bits_per_cell,\n"
     "inputs [{name, bytes, sha256, width, height, data_type, crs, warped, resampling, native_level, "
     "no_data}],\n"
+    "imagery [{name, archive, format, quality, finest_level, tiles, bytes, bounds, spacing_meters, "
+    "attribution, bands, "
+    "stretch, inputs}],\n"
     "built_by, build_options.";
 
 struct Options {
@@ -51,7 +56,8 @@ Facts factsOf(const Dataset& dataset) {
   facts.south = facts.north - static_cast<double>(m.extentRows - 1) * m.frame.spacingY;
   facts.coveredSquareMeters = m.coveredCells * m.frame.spacingXMeters() * m.frame.spacingYMeters();
   for (const ArchiveRecord& archive : m.archives) facts.bytes += archive.bytes;
-  if (m.coveredCells > 0.0) facts.bitsPerCell = 8.0 * static_cast<double>(facts.bytes) / m.coveredCells;
+  if (m.coveredCells > 0.0)
+    facts.bitsPerCell = 8.0 * static_cast<double>(m.archives.front().bytes) / m.coveredCells;
   facts.tilesByLevel.resize(static_cast<size_t>(m.frame.finestLevel) + 1);
   for (const TileId id : dataset.elevationTiles()) {
     if (id.level <= m.frame.finestLevel) ++facts.tilesByLevel[static_cast<size_t>(id.level)];
@@ -59,12 +65,9 @@ Facts factsOf(const Dataset& dataset) {
   return facts;
 }
 
-nlohmann::json toJson(const Manifest& m, const Facts& facts) {
-  nlohmann::json files = nlohmann::json::array();
-  for (const ArchiveRecord& a : m.archives)
-    files.push_back({{"name", a.name}, {"bytes", a.bytes}, {"sha256", a.sha256}});
+nlohmann::json toJson(const std::vector<InputRecord>& records) {
   nlohmann::json inputs = nlohmann::json::array();
-  for (const InputRecord& input : m.inputs) {
+  for (const InputRecord& input : records) {
     inputs.push_back({{"name", input.name},
                       {"bytes", input.bytes},
                       {"sha256", input.sha256},
@@ -77,6 +80,45 @@ nlohmann::json toJson(const Manifest& m, const Facts& facts) {
                       {"native_level", input.nativeLevel},
                       {"no_data", input.noData}});
   }
+  return inputs;
+}
+
+const ArchiveRecord& archiveOf(const Manifest& m, const std::string& name) {
+  return *std::find_if(m.archives.begin(), m.archives.end(),
+                       [&](const ArchiveRecord& a) { return a.name == name; });
+}
+
+/// Metres from texel to texel of the finest level.
+double texelMeters(const Manifest& m, const ImageryLayerRecord& layer) {
+  return std::ldexp(m.frame.spacingXMeters(), m.frame.finestLevel - layer.finestLevel);
+}
+
+nlohmann::json toJson(const Manifest& m, const ImageryLayerRecord& layer) {
+  return {{"name", layer.name},
+          {"archive", layer.archive},
+          {"format", layer.format == ImageryFormat::Webp ? "webp" : "jpeg"},
+          {"quality", layer.quality},
+          {"finest_level", layer.finestLevel},
+          {"tiles", layer.tileCount},
+          {"bytes", archiveOf(m, layer.archive).bytes},
+          {"bounds",
+           {{"west", layer.bounds[0]},
+            {"south", layer.bounds[1]},
+            {"east", layer.bounds[2]},
+            {"north", layer.bounds[3]}}},
+          {"spacing_meters", texelMeters(m, layer)},
+          {"attribution", layer.attribution},
+          {"bands", layer.bands},
+          {"stretch", layer.stretch},
+          {"inputs", toJson(layer.inputs)}};
+}
+
+nlohmann::json toJson(const Manifest& m, const Facts& facts) {
+  nlohmann::json files = nlohmann::json::array();
+  for (const ArchiveRecord& a : m.archives)
+    files.push_back({{"name", a.name}, {"bytes", a.bytes}, {"sha256", a.sha256}});
+  nlohmann::json imagery = nlohmann::json::array();
+  for (const ImageryLayerRecord& layer : m.imagery) imagery.push_back(toJson(m, layer));
   return {{"name", m.name},
           {"format_version", m.formatVersion},
           {"crs", m.crsName},
@@ -103,7 +145,8 @@ nlohmann::json toJson(const Manifest& m, const Facts& facts) {
           {"files", files},
           {"bytes", facts.bytes},
           {"bits_per_cell", facts.bitsPerCell},
-          {"inputs", inputs},
+          {"imagery", imagery},
+          {"inputs", toJson(m.inputs)},
           {"built_by", m.builtBy},
           {"build_options", m.buildOptions}};
 }
@@ -132,8 +175,19 @@ void print(const Manifest& m, const Facts& facts) {
     levels += fmt::format("{}{}", i == 0 ? "" : " ", facts.tilesByLevel[i]);
   line("tiles", fmt::format("{} on levels 0 to {} ({})", formatCount(static_cast<int64_t>(m.tileCount)),
                             m.frame.finestLevel, levels));
-  for (const ArchiveRecord& a : m.archives) {
-    line("file", fmt::format("{}, {}, {:.2f} bits a cell", a.name, formatBytes(a.bytes), facts.bitsPerCell));
+  line("file", fmt::format("{}, {}, {:.2f} bits a cell", m.archives.front().name,
+                           formatBytes(m.archives.front().bytes), facts.bitsPerCell));
+  for (const ImageryLayerRecord& layer : m.imagery) {
+    line("imagery",
+         fmt::format("{}: a texel every {:.4g} m, {} tiles on levels 0 to {}, bands {}", layer.name,
+                     texelMeters(m, layer), formatCount(static_cast<int64_t>(layer.tileCount)),
+                     layer.finestLevel, layer.bands));
+    line("", fmt::format("{}, {}, {} at quality {}", layer.archive,
+                         formatBytes(archiveOf(m, layer.archive).bytes),
+                         layer.format == ImageryFormat::Webp ? "WebP" : "progressive JPEG", layer.quality));
+    for (const auto& [low, high] : layer.stretch)
+      line("", fmt::format("stretched from {:.6g} to {:.6g}", low, high));
+    line("", layer.attribution);
   }
   for (const InputRecord& input : m.inputs) {
     line("input", fmt::format("{}, {} x {} {}, {}", input.name, input.width, input.height, input.dataType,

@@ -69,6 +69,7 @@ class Verifier {
 
   Status run() {
     TERRANE_TRY(checkFiles());
+    TERRANE_TRY(checkImagery());
     if (!listTiles()) return {};
     TERRANE_TRY(decodeTiles());
     // What follows needs all samples.
@@ -266,6 +267,44 @@ class Verifier {
                     quadrant);
       }
     }
+  }
+
+  // ---- imagery
+
+  /// That every tile decodes, and has its parent.
+  Status checkImagery() {
+    for (size_t layer = 0; layer < manifest_.imagery.size(); ++layer) {
+      const ImageryLayerRecord& record = manifest_.imagery[layer];
+      std::vector<TileId> ids = dataset_.imageryTiles(layer);
+      std::sort(ids.begin(), ids.end());
+      report_.imageryTiles += ids.size();
+      progress_.beginStage(fmt::format("imagery {}", record.name), static_cast<int64_t>(ids.size()), "tiles");
+      const Status done = workers_.forEach(static_cast<int64_t>(ids.size()), [&](int, int64_t i) -> Status {
+        const TileId id = ids[static_cast<size_t>(i)];
+        const auto said = [&](const std::string& what) {
+          faults_.add("{}: tile {}: {}", record.archive, toString(id), what);
+        };
+        progress_.advance(1);
+        if (!id.valid() || id.level > record.finestLevel) {
+          said(fmt::format("deeper than the layer's finest level {}", record.finestLevel));
+        } else if (!id.isRoot() && !std::binary_search(ids.begin(), ids.end(), id.parent())) {
+          said("its parent is not stored");
+        }
+        const auto bytes = dataset_.readImagery(layer, id);
+        if (!bytes.ok() || !bytes->has_value()) {
+          said(bytes.ok() ? "is listed but not there" : bytes.error().message);
+          return {};
+        }
+        const auto tile = decodeImagery(**bytes);
+        if (!tile.ok())
+          said(tile.error().message);
+        else if (coverOf(*tile) == ImageryCover::None)
+          said("is empty, and should not be stored");
+        return {};
+      });
+      TERRANE_TRY(done);
+    }
+    return {};
   }
 
   // ---- borders

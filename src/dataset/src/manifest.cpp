@@ -18,14 +18,10 @@ constexpr size_t kSealDigits = 64;
 constexpr const char* kFormat = "terrane-dataset";
 constexpr const char* kElevationArchive = "elevation.pmtiles";
 constexpr const char* kElevationCodec = "terrane-elevation";
-<<<<<<< HEAD
 constexpr int kElevationCodecVersion = 2;
-=======
-constexpr int kElevationCodecVersion = 1;
 constexpr const char* kImageryCodec = "terrane-imagery";
 constexpr int kImageryCodecVersion = 1;
 constexpr size_t kMostImageryLayers = 256;
->>>>>>> 183a75b (Imagery layers: pictures onto the quadtree's texels, level by level, and into the manifest)
 /// Integers beyond it are not safe in every JSON reader.
 constexpr uint64_t kLargestInteger = uint64_t{1} << 53;
 
