@@ -38,6 +38,7 @@ struct RenderOptions {
   std::string position, stats;
   std::string mode = "shaded", outline = "none", cull = "on", metric = "full";
   std::string water = "auto", palette = "auto";
+  std::vector<std::string> imagery;
   int patchSamples = 17;
   bool overwrite = false;
   TerrainOptions terrain;
@@ -135,6 +136,10 @@ class RenderCommand {
 
     TERRANE_ASSIGN(terrain_, Terrain::open(options_.dataset, options_.terrain));
     const Manifest& manifest = terrain_->dataset().manifest();
+    if (options_.imagery == std::vector<std::string>{"none"})
+      TERRANE_TRY(terrain_->showImagery({}));
+    else if (!options_.imagery.empty())
+      TERRANE_TRY(terrain_->showImagery(options_.imagery));
     options_.style.lowMeters = manifest.minHeight;
     options_.style.highMeters = std::max(manifest.maxHeight, manifest.minHeight + 1.0);
     options_.style.palette =
@@ -273,6 +278,8 @@ class RenderCommand {
             {"bytes_read", report.bytesRead},
             {"resident_bytes", report.residentBytes},
             {"gpu_bytes", report.gpuBytes},
+            {"imagery_tiles", report.imageryTiles},
+            {"imagery_bytes", report.imageryBytes},
             {"times",
              {{"select_ms", report.selectMilliseconds},
               {"load_ms", report.loadMilliseconds},
@@ -362,6 +369,19 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
   command->add_option("--mode", options->mode, "colouring")
       ->capture_default_str()
       ->check(CLI::IsMember(namesOf(kModes)));
+  command
+      ->add_option(
+          "--imagery", options->imagery,
+          "imagery layers to show in the shaded mode, by name, or none (default: all that there are)")
+      ->delimiter(',');
+  command
+      ->add_option("--imagery-relief", options->style.imageryRelief,
+                   "how much of light and shade lies over imagery, 0 to 1; 1 suits pictures without shading")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
+  command->add_option("--imagery-brightness", options->style.imageryBrightness, "factor on imagery")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 10.0));
   command->add_option("--outline", options->outline, "lines over it")
       ->capture_default_str()
       ->check(CLI::IsMember(namesOf(kOutlines)));

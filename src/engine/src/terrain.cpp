@@ -1,9 +1,11 @@
 #include "terrane/engine/terrain.h"
 
+#include <algorithm>
 #include <chrono>
 #include <unordered_set>
 #include <utility>
 
+#include "terrane/engine/imagery_pool.h"
 #include "terrane/gpu/context.h"
 #include "terrane/render/terrain_renderer.h"
 
@@ -33,14 +35,22 @@ struct Terrain::State {
   Dataset dataset;
   TerrainOptions options;
   TilePool pool;
+  ImageryPool imagery;
   // note: the renderer must go before its context.
   std::unique_ptr<gpu::Context> context;
   std::unique_ptr<TerrainRenderer> renderer;
   std::unordered_set<TileId, TileIdHash> onGpu;
+  std::unordered_set<TileId, TileIdHash> imageryOnGpu;
   FrameReport report;
 
   State(Dataset opened, const TerrainOptions& wanted)
-      : dataset(std::move(opened)), options(wanted), pool(dataset) {}
+      : dataset(std::move(opened)), options(wanted), pool(dataset), imagery(dataset, allLayers()) {}
+
+  std::vector<size_t> allLayers() const {
+    std::vector<size_t> out;
+    for (size_t i = 0; i < dataset.manifest().imagery.size(); ++i) out.push_back(i);
+    return out;
+  }
 };
 
 Terrain::Terrain(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -145,9 +155,52 @@ Status Terrain::prepareDrawing(const Cut& cut) {
   return {};
 }
 
+Status Terrain::showImagery(const std::vector<std::string>& names) {
+  const auto& known = state_->dataset.manifest().imagery;
+  std::vector<size_t> layers;
+  for (const std::string& name : names) {
+    const auto found = std::find_if(known.begin(), known.end(),
+                                    [&](const ImageryLayerRecord& layer) { return layer.name == name; });
+    if (found == known.end())
+      return makeError("{}: has no imagery layer '{}'; terrane info lists those it has",
+                       state_->dataset.directory(), name);
+    layers.push_back(static_cast<size_t>(found - known.begin()));
+  }
+  std::sort(layers.begin(), layers.end());
+  for (const TileId id : state_->imageryOnGpu) state_->renderer->dropImagery(id);
+  state_->imageryOnGpu.clear();
+  state_->imagery = ImageryPool(state_->dataset, layers);
+  return {};
+}
+
+Status Terrain::prepareImagery(const Camera& camera, const RenderStyle& style) {
+  State& state = *state_;
+  const bool wanted = style.mode == ColorMode::Shaded && !state.imagery.empty();
+  const std::vector<TileId> needed =
+      wanted ? state.imagery.tilesFor(camera, style.exaggeration, state.pool) : std::vector<TileId>();
+  TERRANE_TRY(state.imagery.load(needed));
+
+  // note: what stays from other frames would need its ancestors; so only this frame's tiles stay.
+  const std::unordered_set<TileId, TileIdHash> keep(needed.begin(), needed.end());
+  for (auto at = state.imageryOnGpu.begin(); at != state.imageryOnGpu.end();) {
+    if (keep.count(*at) == 0) state.renderer->dropImagery(*at);
+    at = keep.count(*at) != 0 ? std::next(at) : state.imageryOnGpu.erase(at);
+  }
+  for (const TileId id : needed) {
+    if (!state.imageryOnGpu.insert(id).second) continue;
+    TERRANE_TRY(state.renderer->uploadImagery(id, state.imagery.bordered(id)));
+  }
+  state.report.imageryTiles = static_cast<int64_t>(needed.size());
+  state.report.imageryBytes = state.imagery.bytesRead();
+  state.report.bytesRead = state.pool.bytesRead() + state.imagery.bytesRead();
+  state.report.gpuBytes = state.renderer->gpuBytes();
+  return {};
+}
+
 Result<Picture> Terrain::draw(const Cut& cut, const Camera& camera, const RenderStyle& style) {
   const Stopwatch watch;
   TERRANE_TRY(prepareDrawing(cut));
+  TERRANE_TRY(prepareImagery(camera, style));
   const Frame& frame = state_->dataset.manifest().frame;
   TERRANE_ASSIGN(TerrainRenderer::Picture drawn, state_->renderer->drawPicture(cut, frame, camera, style));
   state_->report.drawCalls = drawn.statistics.drawCalls;

@@ -12,5 +12,6 @@ layout(std140) uniform FrameBlock {
   vec4 uRamp;         // colour position = x * value + y; z: water level in metres, w: 1 where there is water
   ivec4 uStyle;       // x: colour mode, y: outline, z: cells along a patch's side, w: colour stops
   vec4 uPixel;        // x: line width in pixels, y: 1 / tau, zw: size of the picture in pixels
+  vec4 uImageryLight; // x: how much of light and shade pictures take, y: their brightness
   vec4 uStops[12];    // xyz: linear colour, w: position
 };

@@ -4,6 +4,7 @@ layout(location = 1) in ivec4 aLattice;   // xy: origin from the anchor, z: unit
 layout(location = 2) in ivec4 aTexel;     // xy: origin in the height tile, z: unit there, w: layer
 layout(location = 3) in vec4 aShading;    // xy: origin in the shading tile, z: unit there, w: its cells in a finest data cell
 layout(location = 4) in ivec4 aLayers;    // x: shading layer, y: coverage layer (-1: all ground), z: colour, w: error in pixels as float bits
+layout(location = 5) in ivec4 aImagery;   // x: page of its imagery (-1: none)
 
 uniform sampler2DArray uHeights;
 uniform int uTemplate;  // 0: right-angle, 1: hypotenuse
@@ -13,6 +14,7 @@ out vec2 vShading;  // cells of the shading tile
 out vec2 vGrid;     // cells of the patch: the right angle's legs are its axes in both templates
 out float vHeight;  // metres
 flat out ivec4 vLayers;
+flat out int vImagery;
 flat out float vShadingScale;
 flat out ivec4 vLattice;
 flat out ivec4 vTexel;
@@ -30,6 +32,7 @@ void main() {
   vShading = aShading.xy + vec2(turned) * aShading.z;
   vGrid = uTemplate == 0 ? vec2(aTemplate) : vec2(aTemplate.x + aTemplate.y, aTemplate.x - aTemplate.y) * 0.5;
   vLayers = aLayers;
+  vImagery = aImagery.x;
   vShadingScale = aShading.w;
   vLattice = aLattice;
   vTexel = aTexel;

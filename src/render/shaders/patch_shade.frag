@@ -4,6 +4,7 @@ in vec2 vShading;
 in vec2 vGrid;
 in float vHeight;
 flat in ivec4 vLayers;
+flat in int vImagery;
 flat in float vShadingScale;
 
 uniform sampler2DArray uGradients;  // see tile_shading.h for where the levels lie
@@ -90,6 +91,17 @@ vec3 filmColor(vec3 light) {
   return clamp(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0);
 }
 
+// How much of the sun a surface gets, by the cosine of its angle.
+float sunShare(float towardsSun) {
+  float sun = clamp((towardsSun + 0.12) / 1.12, 0.0, 1.0);
+  return sun * (sun * (3.0 - 2.0 * sun) * 0.35 + 0.65);
+}
+float flatSun() { return sunShare(uSunDirection.z); }
+
+vec3 linearFromSrgb(vec3 c) {
+  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), c));
+}
+
 void main() {
   vec2 cellsDx = dFdx(vShading);
   vec2 cellsDy = dFdy(vShading);
@@ -132,18 +144,27 @@ void main() {
   }
 
   // Sun with a soft terminator, sky from above, a little light back from the ground.
-  float sun = clamp((towardsSun + 0.12) / 1.12, 0.0, 1.0);
-  sun *= sun * (3.0 - 2.0 * sun) * 0.35 + 0.65;
+  float sun = sunShare(towardsSun);
   float sky = 0.5 + 0.5 * normal.z;
   vec3 light = vec3(1.72, 1.54, 1.27) * sun + vec3(0.22, 0.29, 0.42) * sky + vec3(0.07, 0.06, 0.05) * (1.0 - sky);
   vec3 color = ground * mix(vec3(1.0), light, relief);
   if (mode == kShaded) color = filmColor(color);
   vec3 direction = normalize(vPlace);
-  if (water) {
+  float pictured = 0.0;
+  if (mode == kShaded && vImagery >= 0) {
+    // A picture over the ground. Photos bring light and shade of their own: the sun is only hinted at, and flat ground
+    // stays as it is in the picture.
+    vec4 picture = imageryColor(vImagery, cells, cellsDx, cellsDy);
+    vec3 flatLight = vec3(1.72, 1.54, 1.27) * flatSun() + vec3(0.22, 0.29, 0.42);
+    vec3 tint = mix(vec3(1.0), light / flatLight, uImageryLight.x);
+    pictured = picture.a;
+    color = mix(color, min(linearFromSrgb(picture.rgb) * tint * uImageryLight.y, vec3(1.0)), pictured);
+  }
+  if (water && pictured < 1.0) {
     // Still water mirrors the sky, more so at a flat angle.
     float facing = clamp(-direction.z, 0.0, 1.0);
     float mirror = 0.03 + 0.75 * pow(1.0 - facing, 5.0);
-    color = mix(color, skyColor(vec3(direction.xy, abs(direction.z))), mirror);
+    color = mix(color, skyColor(vec3(direction.xy, abs(direction.z))), mirror * (1.0 - pictured));
   }
 
   if (uStyle.y != 0) {

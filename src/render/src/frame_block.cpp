@@ -129,6 +129,8 @@ FrameBlock makeFrameBlock(const Frame& frame, const Camera& camera, const Render
     block.ramp.z = static_cast<float>(*style.waterLevelMeters);
     block.ramp.w = 1.0F;
   }
+  block.imageryLight = {static_cast<float>(style.imageryRelief), static_cast<float>(style.imageryBrightness),
+                        0.0F, 0.0F};
   block.style.x = static_cast<int32_t>(style.mode);
   block.style.y = static_cast<int32_t>(style.outline);
   const float lineWidth = style.outline == OutlineMode::Wireframe ? 0.9F : 1.3F;

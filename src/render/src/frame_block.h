@@ -26,9 +26,10 @@ struct FrameBlock {
   glm::vec4 ramp;
   glm::ivec4 style;
   glm::vec4 pixel;
+  glm::vec4 imageryLight;
   std::array<glm::vec4, Palette::kMostStops> stops;
 };
-static_assert(sizeof(FrameBlock) == (12 + Palette::kMostStops) * 16);
+static_assert(sizeof(FrameBlock) == (13 + Palette::kMostStops) * 16);
 
 /// How depth is kept: reversed, with nothing too far, where the API can; else the ordinary way.
 struct DepthRange {

@@ -22,7 +22,7 @@ void PatchDrawer::makeTemplates(const PatchGrid& grid) {
                                     {.location = 0, .components = 2, .type = GL_SHORT, .strideBytes = 4});
     target.vertexArray.setIndices(target.indices);
     target.indices.upload(sources[i].indices.data(), sources[i].indices.size() * sizeof(uint16_t));
-    for (GLuint location = 1; location <= 4; ++location)
+    for (GLuint location = 1; location <= 5; ++location)
       target.vertexArray.setAttribute(target.instances,
                                       {.location = location,
                                        .components = 4,

@@ -42,7 +42,7 @@ LatticePoint anchorNear(const Lattice& lattice, const Frame& frame, glm::dvec3 p
 }
 
 Result<PatchInstances> makePatchInstances(const Cut& cut, const Frame& frame, LatticePoint anchor,
-                                          const TileStore& tiles) {
+                                          const TileStore& tiles, ImageryStore* imagery) {
   const Lattice lattice(cut.latticeDepth);
   PatchInstances out;
   std::unordered_set<TileId, TileIdHash> used;
@@ -81,6 +81,7 @@ Result<PatchInstances> makePatchInstances(const Cut& cut, const Frame& frame, La
         static_cast<float>(powerOfTwo(shadingId.level - frame.finestLevel))};
     instance.layers = {shading->layer, shading->coverageLayer, tileColor(patch.tile),
                        std::bit_cast<int32_t>(patch.errorPixels)};
+    if (imagery != nullptr) instance.imagery[0] = imagery->addPage(lattice, patch.triangle, shadingId);
     out.byTemplate[static_cast<size_t>(patch.triangle.diamond.level & 1)].push_back(instance);
   }
   out.tileCount = static_cast<int>(used.size());

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "imagery_store.h"
 #include "terrane/base/result.h"
 #include "terrane/lod/cut.h"
 #include "terrane/tiling/frame.h"
@@ -20,8 +21,9 @@ struct PatchInstance {
       shading{};  ///< origin in the shading tile (x, y), unit there, its cells in a finest data cell
   std::array<int32_t, 4>
       layers{};  ///< shading layer, coverage layer, colour 0xBBGGRR, error in pixels as float bits
+  std::array<int32_t, 4> imagery{-1, 0, 0, 0};  ///< page
 };
-static_assert(sizeof(PatchInstance) == 64);
+static_assert(sizeof(PatchInstance) == 80);
 
 /// The instances of a cut, by template: 0 the right-angle one (even bintree levels), 1 the hypotenuse one.
 struct PatchInstances {
@@ -39,10 +41,10 @@ LatticePoint anchorNear(const Lattice& lattice, const Frame& frame, glm::dvec3 p
 /// Metres between neighbouring lattice points, (x, y).
 glm::dvec2 latticeSpacing(const Frame& frame, int latticeDepth);
 
-/// Fills in the instances of a cut, nearest to `anchor` first. A shading tile that is not resident is
-/// replaced by its nearest ancestor that is. Patches without any ground are left out. Fails if a tile that a
-/// patch's heights come from is not resident.
+/// Fills in the instances of a cut (and the pages of their imagery, unless that is null), nearest to `anchor`
+/// first. A shading tile that is not resident is replaced by its nearest ancestor that is. Patches without
+/// any ground are left out. Fails if a tile that a patch's heights come from is not resident.
 Result<PatchInstances> makePatchInstances(const Cut& cut, const Frame& frame, LatticePoint anchor,
-                                          const TileStore& tiles);
+                                          const TileStore& tiles, ImageryStore* imagery = nullptr);
 
 }  // namespace terrane

@@ -24,7 +24,7 @@ struct ProgramRecipe {
 struct ProgramRecipes {
   ProgramRecipe shade{"the ground",
                       {"frame.glsl", "place.glsl", "patch.vert"},
-                      {"frame.glsl", "sky.glsl", "coverage.glsl", "patch_shade.frag"}};
+                      {"frame.glsl", "sky.glsl", "coverage.glsl", "imagery.glsl", "patch_shade.frag"}};
   ProgramRecipe position{"the position buffer",
                          {"frame.glsl", "place.glsl", "patch.vert"},
                          {"frame.glsl", "place.glsl", "coverage.glsl", "patch_position.frag"}};

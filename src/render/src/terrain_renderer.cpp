@@ -36,6 +36,7 @@ Result<Programs> makePrograms(const gpu::Context& context) {
   TERRANE_ASSIGN(gpu::Program line, makeProgram(context, recipes.line));
   TileStore::setSamplers(shade);
   TileStore::setSamplers(position);
+  ImageryStore::setSamplers(shade);
   return Programs{std::move(shade), std::move(position), std::move(sky), std::move(present), std::move(line)};
 }
 
@@ -83,11 +84,12 @@ void endDepth(const gpu::Context& context, const DepthRange& depth) {
 
 struct TerrainRenderer::Parts {
   Parts(gpu::Context& owner, Programs made)
-      : context(owner), programs(std::move(made)), tiles(owner), timer(owner) {}
+      : context(owner), programs(std::move(made)), tiles(owner), imagery(owner), timer(owner) {}
 
   gpu::Context& context;
   Programs programs;
   TileStore tiles;
+  ImageryStore imagery;
   PatchDrawer patches;
   gpu::Buffer frameBlock{GL_UNIFORM_BUFFER};
   gpu::Buffer lineVertices{GL_ARRAY_BUFFER};
@@ -102,11 +104,14 @@ struct TerrainRenderer::Parts {
   Result<PatchInstances> prepare(const Cut& cut, const Frame& frame, const Camera& camera,
                                  double exaggeration, FrameBlock& block) {
     const LatticePoint anchor = anchorNear(Lattice(cut.latticeDepth), frame, camera.eyeLocal);
-    TERRANE_ASSIGN(PatchInstances instances, makePatchInstances(cut, frame, anchor, tiles));
+    imagery.beginPages();
+    TERRANE_ASSIGN(PatchInstances instances, makePatchInstances(cut, frame, anchor, tiles, &imagery));
+    TERRANE_TRY(imagery.finishPages());
     placeLattice(block, frame, camera, exaggeration, cut.latticeDepth, anchor, cut.grid.cellsPerSide());
     patches.setInstances(cut.grid, instances);
     tiles.refreshBorders();
     tiles.bind();
+    imagery.bind();
     frameBlock.upload(&block, sizeof(block));
     glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frameBlock.name());
     return instances;
@@ -206,7 +211,17 @@ size_t TerrainRenderer::tileCount() const {
   return parts_->tiles.tileCount();
 }
 size_t TerrainRenderer::gpuBytes() const {
-  return parts_->tiles.gpuBytes();
+  return parts_->tiles.gpuBytes() + parts_->imagery.gpuBytes();
+}
+
+Status TerrainRenderer::uploadImagery(TileId id, std::span<const uint8_t> rgba) {
+  return parts_->imagery.upload(id, rgba);
+}
+bool TerrainRenderer::hasImagery(TileId id) const {
+  return parts_->imagery.has(id);
+}
+void TerrainRenderer::dropImagery(TileId id) {
+  parts_->imagery.drop(id);
 }
 
 Result<DrawStatistics> TerrainRenderer::draw(const Cut& cut, const Frame& frame, const Camera& camera,

@@ -46,6 +46,8 @@ struct FrameReport {
   uint64_t bytesRead = 0;      ///< of the dataset, since it was opened
   uint64_t residentBytes = 0;  ///< decoded tiles in memory
   uint64_t gpuBytes = 0;       ///< tiles on the GPU
+  int64_t imageryTiles = 0;    ///< that the frame may read, coarser levels included
+  uint64_t imageryBytes = 0;   ///< of imagery read from the dataset, since it was opened
   double selectMilliseconds = 0.0;
   double loadMilliseconds = 0.0;  ///< reading and decoding tiles
   double drawMilliseconds = 0.0;  ///< uploading, drawing and, for a picture, reading it back
@@ -74,6 +76,10 @@ class Terrain {
   Result<Cut> selectAndLoad(const Camera& camera, const PatchSelection& selection,
                             size_t maxTiles = std::numeric_limits<size_t>::max());
 
+  /// Which of the dataset's imagery layers pictures show, by their names; before this was said, all. An empty
+  /// list: none. Error: there is no such layer.
+  Status showImagery(const std::vector<std::string>& names);
+
   /// Draws a cut. `cut` may have been selected for another camera.
   Result<Picture> draw(const Cut& cut, const Camera& camera, const RenderStyle& style);
   /// Where the ground is under every pixel, single-sampled. `exaggeration` is that of the camera's world;
@@ -89,6 +95,7 @@ class Terrain {
   struct State;
   explicit Terrain(std::unique_ptr<State> state);
   Status prepareDrawing(const Cut& cut);
+  Status prepareImagery(const Camera& camera, const RenderStyle& style);
   std::unique_ptr<State> state_;
 };
 

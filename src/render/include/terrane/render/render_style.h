@@ -10,7 +10,7 @@ namespace terrane {
 
 /// What the ground's colour tells.
 enum class ColorMode : int32_t {
-  Shaded = 0,   ///< a height ramp in the sun
+  Shaded = 0,   ///< imagery where there is some, else a height ramp, in the sun
   Height = 1,   ///< height alone, on a ramp of even steps
   Slope = 2,    ///< steepness in degrees: 0 pale to 60 dark
   Normals = 3,  ///< the surface normal: red east, green north, blue up
@@ -66,8 +66,10 @@ struct RenderStyle {
   double highMeters = 3000.0;  ///< the height of its last colour
   std::optional<double> waterLevelMeters;  ///< ground at or below it is drawn as water (shaded mode)
   Palette palette = Palette::land();
-  double tauPixels = 1.0;  ///< the unit of ColorMode::Error
-  int samples = 4;         ///< a pixel, at least 1; rounded up to what the GPU can do
+  double imageryRelief = 0.45;     ///< how much of light and shade lies over pictures: 0 none, 1 all
+  double imageryBrightness = 1.0;  ///< a factor on pictures
+  double tauPixels = 1.0;          ///< the unit of ColorMode::Error
+  int samples = 4;                 ///< a pixel, at least 1; rounded up to what the GPU can do
   std::optional<FrustumOverlay> frustum;
 };
 

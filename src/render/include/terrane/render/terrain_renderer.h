@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "terrane/base/result.h"
@@ -45,6 +46,14 @@ class TerrainRenderer {
   size_t tileCount() const;
   /// Bytes of GPU memory that tiles take, free layers included.
   size_t gpuBytes() const;
+
+  /// Texels of an imagery tile with one of border around them: kImageryUploadSide squared, red, green, blue
+  /// (not multiplied by alpha), alpha. No texels at all: there is no picture on that tile. Where an imagery
+  /// tile is, its ancestors must be too; where it is not, its nearest ancestor is drawn.
+  static constexpr int kImageryUploadSide = 258;
+  Status uploadImagery(TileId id, std::span<const uint8_t> rgba);
+  bool hasImagery(TileId id) const;
+  void dropImagery(TileId id);
 
   /// Draws a cut into `target`, an RGBA8 picture of the camera's size: sRGB, opaque. Every patch's tile must
   /// be there; a shading tile that is not is replaced by its nearest ancestor.
