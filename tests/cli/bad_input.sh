@@ -74,6 +74,11 @@ grid nocrs.asc 20 20 100
 fails 1 '--source-crs' "$terrane" build nocrs.asc -o a.terrane
 grid void.asc 20 20 -9999
 fails 1 'nodata|no data|void' "$terrane" build void.asc -q --source-crs EPSG:32632 -o a.terrane
+{ printf 'ncols 20\nnrows 20\nxllcorner 500000\nyllcorner 6700000\ncellsize 10\nNODATA_value -9999\n'
+  for ((row = 0; row < 20; ++row)); do
+    for ((col = 0; col < 20; ++col)); do printf '%s ' -9999; done
+    echo
+  done; } >over_void.asc
 grid one.asc 1 1 100
 fails 1 'one.asc|1 ?x ?1' "$terrane" build one.asc --source-crs EPSG:32632 -o a.terrane
 
@@ -82,6 +87,25 @@ fails 2 'frobnicate' "$terrane" build good.tif -o a.terrane --frobnicate
 fails 2 'size' "$terrane" build good.tif -o a.terrane --memory lots
 fails 2 'required|-o' "$terrane" build good.tif
 fails 2 'max-error|lossless' "$terrane" build good.tif -o a.terrane --lossless --max-error 1
+
+# Imagery: files, places, bands, values.
+imagery=("$terrane" build good.tif -q -o a.terrane --imagery)
+fails 1 'missing.tif.*no such' "${imagery[@]}" missing.tif
+fails 1 'text.tif' "${imagery[@]}" text.tif
+fails 1 'cut.tif' "${imagery[@]}" cut.tif
+fails 1 'nocrs.asc.*--imagery-crs' "${imagery[@]}" nocrs.asc
+fails 1 'nocrs.asc.*does not lie over' "${imagery[@]}" nocrs.asc --imagery-crs EPSG:32601
+fails 1 'no band 3' "${imagery[@]}" good.tif --bands 1,2,3
+fails 1 'another size' "${imagery[@]}" good.tif+nocrs.asc
+fails 1 'void.asc.*no texel' "$terrane" build good.tif -q -o a.terrane --source-crs EPSG:32632 --imagery-crs EPSG:32632 \
+  --crs EPSG:32632 --imagery over_void.asc
+fails 2 'bands.*red' "${imagery[@]}" good.tif --bands 1,2
+fails 2 'stretch.*MIN,MAX' "${imagery[@]}" good.tif --stretch 5
+fails 2 'stretch.*MIN,MAX' "${imagery[@]}" good.tif --stretch 9,3
+fails 2 "no imagery layer 'sea'" "${imagery[@]}" land=good.tif --bands sea=1
+fails 2 'no --imagery' "$terrane" build good.tif -o a.terrane --bands 1
+fails 2 'imagery-format' "${imagery[@]}" good.tif --imagery-format gif
+fails 2 'imagery-quality' "${imagery[@]}" good.tif --imagery-quality 0
 
 # The output.
 fails 1 '--overwrite' "$terrane" build good.tif -o good.terrane
@@ -125,6 +149,13 @@ fails 1 'bytes|cut|trunc|end' "$terrane" verify bad.terrane
 damaged && : >bad.terrane/elevation.pmtiles
 fails 1 'elevation.pmtiles' "$terrane" verify bad.terrane
 fails 1 'elevation.pmtiles' "$terrane" info bad.terrane
+"$terrane" build good.tif -o pictured.terrane -q --imagery good.tif || exit 1
+pictured() { rm -rf bad.terrane && cp -r pictured.terrane bad.terrane; }
+pictured && printf 'XXXX' | dd of=bad.terrane/imagery.pmtiles bs=1 seek=30000 conv=notrunc status=none
+fails 1 'imagery.pmtiles' "$terrane" verify bad.terrane
+pictured && rm bad.terrane/imagery.pmtiles
+fails 1 'imagery.pmtiles' "$terrane" info bad.terrane
+fails 1 "no imagery layer 'sea'" "$terrane" render pictured.terrane --software --size 64x36 -o a.png --imagery sea
 damaged && rm bad.terrane/elevation.pmtiles
 fails 1 'elevation.pmtiles' "$terrane" verify bad.terrane
 damaged && sed -i 's/"builtBy": "terrane/"builtBy": "Terrane/' bad.terrane/manifest.json
