@@ -330,7 +330,7 @@ TEST_F(ImageryBuild, VerifySeesTilesThatDoNotDecode) {
   const auto size = std::filesystem::file_size(archive);
   {
     std::fstream file(archive, std::ios::in | std::ios::out | std::ios::binary);
-    file.seekp(static_cast<std::streamoff>(size / 2));
+    file.seekp(static_cast<std::streamoff>(16384 + (size - 16384) / 2));
     const std::string zeros(30, '\xFF');
     file.write(zeros.data(), 30);
   }

@@ -23,6 +23,7 @@ class DatasetTest : public testing::Test {
     ASSERT_TRUE(writer->add({1, 1, 1}, std::vector<uint8_t>{6}).ok());
     ASSERT_TRUE(writer->finish("{}").ok());
     manifest_ = exampleManifest();
+    manifest_.imagery.clear();
     manifest_.tileCount = 3;
     const std::string bytes = readWholeFile(archive());
     manifest_.archives = {{"elevation.pmtiles", bytes.size(), sha256(bytes)}};

@@ -23,6 +23,19 @@ inline Manifest exampleManifest() {
   manifest.attribution = "Höhen: somebody \"quoted\"";
   manifest.inputs.push_back({"n46e008.tif", 2887021, std::string(64, 'a'), 1201, 1201, "Int16",
                              "GEOGCRS[...]", true, "cubic", 3, "-32767"});
+  ImageryLayerRecord layer;
+  layer.name = "photo";
+  layer.archive = "imagery-photo.pmtiles";
+  layer.format = ImageryFormat::Webp;
+  layer.quality = 77;
+  layer.finestLevel = 7;
+  layer.tileCount = 5;
+  layer.bounds = {411000.5, 5100000.0, 412000.25, 5101000.0};
+  layer.attribution = "somebody else";
+  layer.bands = "4,3,2";
+  layer.stretch = {{7000.0, 12000.5}, {1.0, 2.0}, {0.0, 65535.0}};
+  layer.inputs = manifest.inputs;
+  manifest.imagery.push_back(layer);
   manifest.builtBy = "terrane 0.1.0";
   manifest.buildOptions = "--max-error 0.1155";
   return manifest;

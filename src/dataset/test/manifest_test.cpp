@@ -94,8 +94,42 @@ TEST(Manifest, AbsurdMembersAreNamed) {
   EXPECT_NE(errorAfter("\"codecVersion\": 2", "\"codecVersion\": 9").find("codecVersion"), std::string::npos);
   EXPECT_NE(errorAfter("\"warped\": true", "\"warped\": 1").find("inputs[0].warped"), std::string::npos);
   EXPECT_NE(errorAfter("aaaaaaaa", "AAAAAAAA").find("inputs[0].sha256"), std::string::npos);
-  EXPECT_NE(errorAfter("\"attribution\"", "\"attributed\"").find("\"attribution\" is missing"),
+  EXPECT_NE(errorAfter("\"attribution\"", "\"attributed\"").find("attribution\" is missing"),
             std::string::npos);
+}
+
+TEST(Manifest, AbsurdImageryIsNamed) {
+  const auto again = manifestFromJson(manifestToJson(exampleManifest()), "m");
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(again->imagery[0].format, ImageryFormat::Webp);
+  EXPECT_EQ(again->imagery[0].stretch[0][1], 12000.5);
+  EXPECT_EQ(again->imagery[0].inputs[0].name, "n46e008.tif");
+  const std::string at = "layers.imagery[0]";
+  EXPECT_NE(errorAfter("\"name\": \"photo\"", "\"name\": \"../photo\"").find(at + ".name"),
+            std::string::npos);
+  EXPECT_NE(errorAfter("imagery-photo.pmtiles", "elevation.pmtiles").find(at + ".archive"),
+            std::string::npos);
+  EXPECT_NE(errorAfter("\"format\": \"webp\"", "\"format\": \"gif\"").find(at + ".format"),
+            std::string::npos);
+  EXPECT_NE(errorAfter("\"quality\": 77", "\"quality\": 0").find(at + ".quality"), std::string::npos);
+  EXPECT_NE(errorAfter("\"finestLevel\": 7", "\"finestLevel\": 22").find(at + ".finestLevel"),
+            std::string::npos);
+  EXPECT_NE(errorAfter("\"tileSide\": 256", "\"tileSide\": 512").find(at + ".tileSide"), std::string::npos);
+  EXPECT_NE(errorAfter("\"east\": 412000.25", "\"east\": 1").find(at + ".bounds.east"), std::string::npos);
+  EXPECT_NE(errorAfter("\"black\": 1.0", "\"black\": \"1\"").find(at + ".stretch.black"), std::string::npos);
+  Manifest twice = exampleManifest();
+  twice.imagery.push_back(twice.imagery[0]);
+  EXPECT_NE(errorOf(manifestToJson(twice)).find("another layer's"), std::string::npos);
+}
+
+TEST(Manifest, WithoutImageryNothingIsSaidOfIt) {
+  Manifest manifest = exampleManifest();
+  manifest.imagery.clear();
+  const std::string text = manifestToJson(manifest);
+  EXPECT_EQ(text.find("imagery"), std::string::npos);
+  const auto again = manifestFromJson(text, "m");
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_TRUE(again->imagery.empty());
 }
 
 TEST(Manifest, ArchivesCannotLeadOutOfTheDirectory) {
