@@ -95,7 +95,7 @@ fails 1 'text.tif' "${imagery[@]}" text.tif
 fails 1 'cut.tif' "${imagery[@]}" cut.tif
 fails 1 'nocrs.asc.*--imagery-crs' "${imagery[@]}" nocrs.asc
 fails 1 'nocrs.asc.*does not lie over' "${imagery[@]}" nocrs.asc --imagery-crs EPSG:32601
-fails 1 'no band 3' "${imagery[@]}" good.tif --bands 1,2,3
+fails 1 'no band 2' "${imagery[@]}" good.tif --bands 1,2,3
 fails 1 'another size' "${imagery[@]}" good.tif+nocrs.asc
 fails 1 'void.asc.*no texel' "$terrane" build good.tif -q -o a.terrane --source-crs EPSG:32632 --imagery-crs EPSG:32632 \
   --crs EPSG:32632 --imagery over_void.asc
