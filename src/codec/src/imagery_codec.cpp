@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 
 #include "jpeg_image.h"
@@ -219,7 +220,8 @@ void fillTransparent(ImageryTile& tile) {
   }
   for (size_t i = 0; i < tile.rgba.size(); i += 4) {
     if (tile.rgba[i + 3] > 0) continue;
-    for (size_t c = 0; c < 3; ++c) tile.rgba[i + c] = static_cast<uint8_t>(levels[0].rgbw[i + c] + 0.5F);
+    for (size_t c = 0; c < 3; ++c)
+      tile.rgba[i + c] = static_cast<uint8_t>(std::lround(levels[0].rgbw[i + c]));
   }
 }
 

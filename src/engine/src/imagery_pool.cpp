@@ -96,8 +96,8 @@ ImageryTile enlarge(const ImageryTile& ancestor, int levelsUp, TileId id) {
       }
       if (sum[3] <= 0.0) continue;
       uint8_t* to = &out.rgba[static_cast<size_t>(4 * (y * kSide + x))];
-      for (size_t c = 0; c < 3; ++c) to[c] = static_cast<uint8_t>(sum[c] / sum[3] + 0.5);
-      to[3] = static_cast<uint8_t>(std::min(sum[3] + 0.5, 255.0));
+      for (size_t c = 0; c < 3; ++c) to[c] = static_cast<uint8_t>(std::lround(sum[c] / sum[3]));
+      to[3] = static_cast<uint8_t>(std::lround(std::min(sum[3], 255.0)));
     }
   }
   return out;
@@ -123,7 +123,7 @@ void layOver(ImageryTile& under, const ImageryTile& over) {
 
 }  // namespace
 
-ImageryPool::ImageryPool(const Dataset& dataset, std::vector<size_t> layers) : dataset_(&dataset) {
+ImageryPool::ImageryPool(const Dataset& dataset, const std::vector<size_t>& layers) : dataset_(&dataset) {
   for (const size_t index : layers) {
     Layer layer{index, dataset.manifest().imagery[index].finestLevel, dataset.imageryTiles(index)};
     std::sort(layer.tiles.begin(), layer.tiles.end());

@@ -19,7 +19,7 @@ namespace terrane {
 class ImageryPool {
  public:
   /// `dataset` must outlive the pool. `layers` are positions in its manifest's imagery, bottom to top.
-  ImageryPool(const Dataset& dataset, std::vector<size_t> layers);
+  ImageryPool(const Dataset& dataset, const std::vector<size_t>& layers);
 
   /// The tiles that a camera needs so that a texel covers at most a pixel, ancestors included, coarse ones
   /// first. Where that would be more than kMostTiles, texels may be larger. `exaggeration` is the camera's
