@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "build_output.h"
+#include "imagery_build.h"
 #include "node_measure.h"
 #include "pyramid_steps.h"
 #include "terrane/codec/elevation_codec.h"
@@ -140,9 +141,9 @@ Status writeArchive(const std::string& path, const Pyramid& pyramid, const NodeS
 }
 
 /// The SHA-256 of a finished file.
-Result<std::string> hashOnce(const std::string& path, Jobs& jobs) {
+Result<std::string> hashOnce(const std::string& path, const std::string& stage, Jobs& jobs) {
   using Digits = std::array<char, 64>;
-  const auto hashes = jobs.run<Digits>("hashing", 1, nullptr, [&](int, int64_t) -> Result<Digits> {
+  const auto hashes = jobs.run<Digits>(stage, 1, nullptr, [&](int, int64_t) -> Result<Digits> {
     TERRANE_ASSIGN(const std::string hash, sha256OfFile(path));
     Digits digits;
     TERRANE_CHECK(hash.size() == digits.size(), "{}", hash);
@@ -154,7 +155,8 @@ Result<std::string> hashOnce(const std::string& path, Jobs& jobs) {
 }
 
 /// All that shapes the result, as text. A work folder with another plan is of no use.
-std::string describePlan(const SourcePlan& plan, const BuildOptions& options, const std::string& name) {
+std::string describePlan(const SourcePlan& plan, const ImageryPlan& imagery, const BuildOptions& options,
+                         const std::string& name) {
   std::string text = fmt::format(
       "terrane {} work 1 dataset {} payload 2\nname {}\noptions {}\nattribution {}\ncrs {}\norigin {:.17g} "
       "{:.17g} "
@@ -168,7 +170,7 @@ std::string describePlan(const SourcePlan& plan, const BuildOptions& options, co
                         input.name, input.sha256, input.bytes, input.width, input.height, input.dataType,
                         input.nativeLevel, input.sourceCrs, input.resampling, input.noData);
   }
-  return text + "end\n";
+  return text + describeImageryPlan(imagery) + "end\n";
 }
 
 /// What the build takes on the disk at most, about: for each sample its heights, raw and filled, and what is
@@ -202,13 +204,13 @@ uint64_t roomFor(const Source& source) {
 }
 
 /// The build in its work folder, up to the last rename.
-Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const BuildOptions& options,
-                            const std::string& name, Progress& progress) {
+Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const ImageryPlan& imagery,
+                            const BuildOptions& options, const std::string& name, Progress& progress) {
   const SourcePlan& plan = source.plan();
   const Workers workers(options.threads, options.cancel);
   Jobs jobs(workers, &work.log());
   const Scratch scratch{work.path(), true};
-  TERRANE_TRY(checkRoom(work, roomFor(source)));
+  TERRANE_TRY(checkRoom(work, roomFor(source) + roomForImagery(imagery)));
 
   // The rasters' own cache is the one thing whose size is ours to choose. Tiles are read row by row: a row of
   // them and the blocks of the rasters that reach into it, twice over; more would only be filled, not used.
@@ -277,9 +279,21 @@ Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const BuildO
   std::error_code code;
   report.archiveBytes = static_cast<uint64_t>(std::filesystem::file_size(archive, code));
   if (code) return makeError("{}: {}", archive, code.message());
-  TERRANE_ASSIGN(std::string hash, hashOnce(archive, jobs));
+  TERRANE_ASSIGN(std::string hash, hashOnce(archive, "hashing", jobs));
   manifest.archives = {{kArchiveName, report.archiveBytes, std::move(hash)}};
   manifest.tileCount = tiles.size();
+  for (const PlannedLayer& layer : imagery.layers) {
+    const std::string path = work.file(layer.record.archive);
+    TERRANE_ASSIGN(ImageryLayerRecord record,
+                   buildImageryLayer(imagery, layer, path, scratch, jobs, progress));
+    ArchiveRecord file{record.archive, static_cast<uint64_t>(std::filesystem::file_size(path, code)), {}};
+    if (code) return makeError("{}: {}", path, code.message());
+    TERRANE_ASSIGN(file.sha256, hashOnce(path, "hashing-" + record.name, jobs));
+    report.imageryTiles += record.tileCount;
+    report.imageryBytes += file.bytes;
+    manifest.archives.push_back(std::move(file));
+    manifest.imagery.push_back(std::move(record));
+  }
   TERRANE_TRY(work.writeFile("manifest.json", manifestToJson(manifest)));
   TERRANE_TRY(workers.checkCancelled());
   TERRANE_TRY(work.commit());
@@ -295,7 +309,9 @@ Result<BuildReport> reportOf(const std::string& directory) {
   TERRANE_ASSIGN(const Dataset dataset, Dataset::open(directory));
   BuildReport report;
   report.tiles = dataset.manifest().tileCount;
-  for (const ArchiveRecord& archive : dataset.manifest().archives) report.archiveBytes += archive.bytes;
+  for (const ArchiveRecord& archive : dataset.manifest().archives)
+    (archive.name == kArchiveName ? report.archiveBytes : report.imageryBytes) += archive.bytes;
+  for (const ImageryLayerRecord& layer : dataset.manifest().imagery) report.imageryTiles += layer.tileCount;
   return report;
 }
 
@@ -309,13 +325,18 @@ Result<BuildReport> buildDataset(const Source& source, const BuildOptions& optio
   const auto begin = std::chrono::steady_clock::now();
   const std::string name =
       std::filesystem::path(options.output + (options.output.ends_with('/') ? "." : "")).stem().string();
+  // Pictures that cannot be taken are known before anything is made.
+  const SourcePlan& plan = source.plan();
+  TERRANE_ASSIGN(
+      const std::shared_ptr<const ImageryPlan> imagery,
+      planImagery(options.imagery, {plan.crsWkt, plan.frame, plan.extentCols, plan.extentRows}, progress));
   TERRANE_ASSIGN(WorkFolder work, WorkFolder::open(options.output, options.overwrite,
-                                                   describePlan(source.plan(), options, name), progress));
+                                                   describePlan(plan, *imagery, options, name), progress));
   if (work.isCommitted()) {
     work.discard();
     return reportOf(options.output);
   }
-  auto report = buildIn(work, source, options, name, progress);
+  auto report = buildIn(work, source, *imagery, options, name, progress);
   if (!report.ok()) {
     if (!work.hasWork()) return report;
     return makeError("{}; run the same command again to go on, or delete {} to start afresh",

@@ -1,18 +1,10 @@
 #include "imagery_build.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <atomic>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <filesystem>
 #include <limits>
+#include <optional>
 
-#include "block_store.h"
-#include "terrane/dataset/hash.h"
 #include "terrane/dataset/pmtiles.h"
 
 namespace terrane {
@@ -21,66 +13,20 @@ namespace {
 
 constexpr size_t kTileBytes = static_cast<size_t>(kImageryTexels) * 4;
 
-/// Payloads in the order in which they come to be; a file that nobody sees and that goes with the program.
-class PayloadSpool {
- public:
-  explicit PayloadSpool(std::string folder) : folder_(std::move(folder)) {}
-  ~PayloadSpool() {
-    if (file_ >= 0) close(file_);
-  }
-  PayloadSpool(const PayloadSpool&) = delete;
-  PayloadSpool& operator=(const PayloadSpool&) = delete;
+/// Room for any payload: a block of a sparse file, of which it takes what it needs.
+constexpr size_t kMostPayloadBytes = size_t{1} << 19;
 
-  struct Place {
-    uint64_t offset = 0;
-    uint32_t bytes = 0;  ///< 0: nothing was stored
-  };
-
-  Status open() {
-    std::string name = folder_ + "/imagery-XXXXXX";
-    file_ = mkostemp(name.data(), O_CLOEXEC);
-    if (file_ < 0) return makeError("{}: no scratch file can be made: {}", folder_, std::strerror(errno));
-    unlink(name.c_str());
-    return {};
-  }
-  /// From any thread.
-  Result<Place> write(std::span<const uint8_t> payload) {
-    const Place place{end_.fetch_add(payload.size()), static_cast<uint32_t>(payload.size())};
-    for (size_t done = 0; done < payload.size();) {
-      const ssize_t count = pwrite(file_, payload.data() + done, payload.size() - done,
-                                   static_cast<off_t>(place.offset + done));
-      if (count < 0 && errno == EINTR) continue;
-      if (count <= 0)
-        return makeError("{}: a scratch file cannot be written: {}; make room, or choose another folder",
-                         folder_, std::strerror(errno));
-      done += static_cast<size_t>(count);
-    }
-    return place;
-  }
-  Status read(Place place, std::vector<uint8_t>& payload) const {
-    payload.resize(place.bytes);
-    for (size_t done = 0; done < payload.size();) {
-      const ssize_t count =
-          pread(file_, payload.data() + done, payload.size() - done, static_cast<off_t>(place.offset + done));
-      if (count < 0 && errno == EINTR) continue;
-      if (count <= 0)
-        return makeError("{}: a scratch file cannot be read: {}", folder_, std::strerror(errno));
-      done += static_cast<size_t>(count);
-    }
-    return {};
-  }
-
- private:
-  std::string folder_;
-  int file_ = -1;
-  std::atomic<uint64_t> end_{0};
+/// What a job leaves beside its texels and its payload.
+struct Made {
+  uint32_t bytes = 0;  ///< of the payload; 0: the tile is empty, and nothing was stored
 };
 
 /// The tiles of one level in the making: row by row, as their jobs are numbered.
 struct Level {
   std::vector<TileId> tiles;
-  std::vector<PayloadSpool::Place> payloads;  ///< a tile
-  std::unique_ptr<BlockStore> texels;         ///< a block a tile
+  std::vector<Made> made;                ///< a tile
+  std::unique_ptr<BlockStore> texels;    ///< a block a tile
+  std::unique_ptr<BlockStore> payloads;  ///< the same
 
   int64_t find(TileId id) const {
     const auto at = std::lower_bound(tiles.begin(), tiles.end(), id);
@@ -92,7 +38,7 @@ struct Level {
 std::vector<TileId> parentsOf(const Level& level) {
   std::vector<TileId> out;
   for (size_t i = 0; i < level.tiles.size(); ++i)
-    if (level.payloads[i].bytes > 0) out.push_back(level.tiles[i].parent());
+    if (level.made[i].bytes > 0) out.push_back(level.tiles[i].parent());
   std::sort(out.begin(), out.end());
   out.erase(std::unique(out.begin(), out.end()), out.end());
   return out;
@@ -194,25 +140,26 @@ Status readFinestImagery(std::vector<std::unique_ptr<PictureSampler>>& samplers,
 }
 
 Result<ImageryLayerRecord> buildImageryLayer(const ImageryPlan& plan, const PlannedLayer& layer,
-                                             const std::string& folder, uint64_t memoryBytes,
-                                             const Workers& workers, Progress& progress) {
+                                             const std::string& path, const Scratch& scratch, Jobs& jobs,
+                                             Progress& progress) {
   const int finest = layer.record.finestLevel;
-  PayloadSpool spool(folder);
-  TERRANE_TRY(spool.open());
+  const std::string& name = layer.record.name;
   std::vector<Level> levels(static_cast<size_t>(finest) + 1);
-  progress.beginStage(fmt::format("imagery {}", layer.record.name), countTiles(layer.finestTiles), "tiles");
-  const auto workerCount = static_cast<size_t>(workers.count());
+  progress.beginStage(fmt::format("imagery {}", name), countTiles(layer.finestTiles), "tiles");
+  const auto workerCount = static_cast<size_t>(jobs.workers().count());
 
   // The finest level from the pictures, each coarser one from the one before.
   std::vector<std::vector<std::unique_ptr<PictureSampler>>> samplers(workerCount);
-  std::vector<ImageryTile> scratch(workerCount);
+  std::vector<ImageryTile> tiles(workerCount);
   std::vector<std::array<ImageryTile, 4>> children(workerCount);
   for (int l = finest; l >= 0; --l) {
     Level& level = levels[static_cast<size_t>(l)];
-    Level* below = l < finest ? &levels[static_cast<size_t>(l) + 1] : nullptr;
+    const Level* below = l < finest ? &levels[static_cast<size_t>(l) + 1] : nullptr;
     level.tiles = below == nullptr ? layer.finestTiles : parentsOf(*below);
-    level.payloads.resize(level.tiles.size());
-    level.texels = std::make_unique<BlockStore>(kTileBytes, memoryBytes / 2, folder);
+    level.texels =
+        std::make_unique<BlockStore>(kTileBytes, scratch, fmt::format("imagery-{}-{}-texels", name, l));
+    level.payloads = std::make_unique<BlockStore>(kMostPayloadBytes, scratch,
+                                                  fmt::format("imagery-{}-{}-payloads", name, l));
 
     const auto makeTile = [&](int worker, TileId id, ImageryTile& tile) -> Status {
       if (below == nullptr)
@@ -220,7 +167,7 @@ Result<ImageryLayerRecord> buildImageryLayer(const ImageryPlan& plan, const Plan
       std::array<const ImageryTile*, 4> four{};
       for (int quadrant = 0; quadrant < 4; ++quadrant) {
         const int64_t at = below->find(id.child(quadrant));
-        if (at < 0 || below->payloads[static_cast<size_t>(at)].bytes == 0) continue;
+        if (at < 0 || below->made[static_cast<size_t>(at)].bytes == 0) continue;
         ImageryTile& child = children[static_cast<size_t>(worker)][static_cast<size_t>(quadrant)];
         TERRANE_TRY(below->texels->readValues(static_cast<uint64_t>(at), std::span(child.rgba)));
         four[static_cast<size_t>(quadrant)] = &child;
@@ -228,47 +175,63 @@ Result<ImageryLayerRecord> buildImageryLayer(const ImageryPlan& plan, const Plan
       tile = halveImagery(four);
       return {};
     };
-    const Status done =
-        workers.forEach(static_cast<int64_t>(level.tiles.size()), [&](int worker, int64_t i) -> Status {
-          ImageryTile& tile = scratch[static_cast<size_t>(worker)];
-          TERRANE_TRY(makeTile(worker, level.tiles[static_cast<size_t>(i)], tile));
-          progress.advance(1);
-          if (coverOf(tile) == ImageryCover::None) return {};
-          if (l > 0)
-            TERRANE_TRY(
-                level.texels->writeValues(static_cast<uint64_t>(i), std::span<const uint8_t>(tile.rgba)));
-          TERRANE_ASSIGN(level.payloads[static_cast<size_t>(i)],
-                         spool.write(encodeImagery(tile, plan.format, plan.quality)));
-          return {};
-        });
-    TERRANE_TRY(done);
-    if (below != nullptr) below->texels.reset();
+    auto made =
+        jobs.run<Made>(fmt::format("imagery-{} {}", name, l), static_cast<int64_t>(level.tiles.size()),
+                       &progress, [&](int worker, int64_t i) -> Result<Made> {
+                         ImageryTile& tile = tiles[static_cast<size_t>(worker)];
+                         TERRANE_TRY(makeTile(worker, level.tiles[static_cast<size_t>(i)], tile));
+                         if (coverOf(tile) == ImageryCover::None) return Made{};
+                         if (l > 0)
+                           TERRANE_TRY(level.texels->writeValues(static_cast<uint64_t>(i),
+                                                                 std::span<const uint8_t>(tile.rgba)));
+                         const std::vector<uint8_t> payload = encodeImagery(tile, plan.format, plan.quality);
+                         TERRANE_TRY(level.payloads->writeValues(static_cast<uint64_t>(i),
+                                                                 std::span<const uint8_t>(payload)));
+                         return Made{static_cast<uint32_t>(payload.size())};
+                       });
+    if (!made.ok()) return made.error();
+    level.made = std::move(made).value();
     if (below == nullptr) samplers.clear();
   }
 
   // The archive, in its own order.
   ImageryLayerRecord record = layer.record;
-  std::vector<std::pair<uint64_t, std::pair<TileId, PayloadSpool::Place>>> order;
+  struct Stored {
+    uint64_t id;
+    const Level* level;
+    size_t index;
+  };
+  std::vector<Stored> order;
   for (const Level& level : levels) {
     for (size_t i = 0; i < level.tiles.size(); ++i)
-      if (level.payloads[i].bytes > 0)
-        order.push_back({pmtilesId(level.tiles[i]), {level.tiles[i], level.payloads[i]}});
+      if (level.made[i].bytes > 0) order.push_back({pmtilesId(level.tiles[i]), &level, i});
   }
   if (order.empty())
     return makeError(
         "{}: imagery layer '{}' has no texel over the elevation (all is nodata or transparent); "
         "leave it out, or pass --imagery-nodata",
-        layer.pictures.front().input.raster.path, record.name);
-  std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+        layer.pictures.front().input.raster.path, name);
+  std::sort(order.begin(), order.end(), [](const Stored& a, const Stored& b) { return a.id < b.id; });
   record.tileCount = order.size();
-  const std::string path = folder + "/" + record.archive;
-  TERRANE_ASSIGN(PmtilesWriter writer, PmtilesWriter::create(path));
-  std::vector<uint8_t> payload;
-  for (const auto& [id, tile] : order) {
-    TERRANE_TRY(spool.read(tile.second, payload));
-    TERRANE_TRY(writer.add(tile.first, payload));
-  }
-  TERRANE_TRY(writer.finish(R"({"name":"imagery","format":"terrane imagery payload 1"})"));
+  std::optional<PmtilesWriter> writer;
+  const Status done = jobs.runInOrder<PmtilesPlace>(
+      fmt::format("archive-{}", name), static_cast<int64_t>(order.size()), nullptr,
+      [&](std::span<const PmtilesPlace> before) -> Status {
+        TERRANE_ASSIGN(writer, PmtilesWriter::goOn(path, before));
+        return {};
+      },
+      [&](int, int64_t i) -> Result<std::vector<uint8_t>> {
+        const Stored& stored = order[static_cast<size_t>(i)];
+        std::vector<uint8_t> payload(stored.level->made[stored.index].bytes);
+        TERRANE_TRY(stored.level->payloads->readValues(stored.index, std::span(payload)));
+        return payload;
+      },
+      [&](int64_t i, const std::vector<uint8_t>& payload) {
+        const Stored& stored = order[static_cast<size_t>(i)];
+        return writer->add(stored.level->tiles[stored.index], payload);
+      });
+  TERRANE_TRY(done);
+  TERRANE_TRY(writer->finish(R"({"name":"imagery","format":"terrane imagery payload 1"})"));
 
   // What is covered: the stored tiles of the finest level within the pictures.
   constexpr double kFar = std::numeric_limits<double>::infinity();
@@ -277,36 +240,49 @@ Result<ImageryLayerRecord> buildImageryLayer(const ImageryPlan& plan, const Plan
     pictures = {std::min(pictures[0], picture.west), std::min(pictures[1], picture.south),
                 std::max(pictures[2], picture.east), std::max(pictures[3], picture.north)};
   }
-  std::array<double, 4> tiles = {kFar, kFar, -kFar, -kFar};
+  std::array<double, 4> stored = {kFar, kFar, -kFar, -kFar};
   const Frame& frame = plan.frame.frame;
   const double side = std::ldexp(kImageryTileSide, frame.finestLevel - finest);
   const Level& level = levels[static_cast<size_t>(finest)];
   for (size_t i = 0; i < level.tiles.size(); ++i) {
-    if (level.payloads[i].bytes == 0) continue;
+    if (level.made[i].bytes == 0) continue;
     const double west = frame.originEasting + level.tiles[i].col * side * frame.spacingX;
     const double north = frame.originNorthing - level.tiles[i].row * side * frame.spacingY;
-    tiles = {std::min(tiles[0], west), std::min(tiles[1], north - side * frame.spacingY),
-             std::max(tiles[2], west + side * frame.spacingX), std::max(tiles[3], north)};
+    stored = {std::min(stored[0], west), std::min(stored[1], north - side * frame.spacingY),
+              std::max(stored[2], west + side * frame.spacingX), std::max(stored[3], north)};
   }
-  record.bounds = {std::max(pictures[0], tiles[0]), std::max(pictures[1], tiles[1]),
-                   std::min(pictures[2], tiles[2]), std::min(pictures[3], tiles[3])};
+  record.bounds = {std::max(pictures[0], stored[0]), std::max(pictures[1], stored[1]),
+                   std::min(pictures[2], stored[2]), std::min(pictures[3], stored[3])};
   return record;
 }
 
-Status buildImagery(const ImageryPlan& plan, const std::string& folder, uint64_t memoryBytes,
-                    const Workers& workers, Progress& progress, Manifest& manifest) {
+std::string describeImageryPlan(const ImageryPlan& plan) {
+  std::string text;
   for (const PlannedLayer& layer : plan.layers) {
-    TERRANE_ASSIGN(ImageryLayerRecord record,
-                   buildImageryLayer(plan, layer, folder, memoryBytes, workers, progress));
-    const std::string path = folder + "/" + record.archive;
-    std::error_code code;
-    ArchiveRecord archive{record.archive, static_cast<uint64_t>(std::filesystem::file_size(path, code)), {}};
-    if (code) return makeError("{}: {}", path, code.message());
-    TERRANE_ASSIGN(archive.sha256, sha256OfFile(path));
-    manifest.archives.push_back(std::move(archive));
-    manifest.imagery.push_back(std::move(record));
+    const ImageryLayerRecord& record = layer.record;
+    text += fmt::format("imagery {} payload 1 format {} quality {} level {} tiles {} attribution {}\n",
+                        record.name, static_cast<int>(plan.format), plan.quality, record.finestLevel,
+                        layer.finestTiles.size(), record.attribution);
+    for (const auto& [low, high] : record.stretch)
+      text += fmt::format("stretch {:.17g} {:.17g}\n", low, high);
+    for (const PlacedPicture& picture : layer.pictures) {
+      text += fmt::format("picture {}\n", picture.input.bandsText());
+      for (const InputRecord& input : picture.input.records) {
+        text += fmt::format("input {} {} bytes {} {} x {} {} crs {} nodata {}\n", input.name, input.sha256,
+                            input.bytes, input.width, input.height, input.dataType, input.sourceCrs,
+                            input.noData);
+      }
+    }
   }
-  return {};
+  return text;
+}
+
+uint64_t roomForImagery(const ImageryPlan& plan) {
+  // Texels, and the payload twice, with what rounding up to the disk's blocks takes.
+  constexpr uint64_t kPayloadBytes = 40'000;
+  uint64_t tiles = 0;
+  for (const PlannedLayer& layer : plan.layers) tiles += static_cast<uint64_t>(countTiles(layer.finestTiles));
+  return tiles * (kTileBytes + 2 * kPayloadBytes);
 }
 
 }  // namespace terrane

@@ -2,10 +2,11 @@
 
 #include <string>
 
+#include "block_store.h"
 #include "imagery_plan.h"
+#include "jobs.h"
 #include "terrane/base/progress.h"
 #include "terrane/base/result.h"
-#include "workers.h"
 
 namespace terrane {
 
@@ -21,15 +22,14 @@ Status readFinestImagery(std::vector<std::unique_ptr<PictureSampler>>& samplers,
                          const ImageryFrame& frame, TileId id, ImageryTile& out);
 
 /// Builds a layer: reads its finest level tile by tile, makes each coarser one from the one before, codes
-/// every tile as it is made, and at last writes the archive `folder`/record.archive. Memory: `memoryBytes`
-/// and a few tiles a worker; what does not fit goes to scratch files in `folder`. Returns the finished
-/// record.
+/// every tile as it is made, and at last writes the archive `path`. What lies between the steps goes to
+/// `scratch`; memory is a few tiles a worker. Returns the finished record.
 Result<ImageryLayerRecord> buildImageryLayer(const ImageryPlan& plan, const PlannedLayer& layer,
-                                             const std::string& folder, uint64_t memoryBytes,
-                                             const Workers& workers, Progress& progress);
+                                             const std::string& path, const Scratch& scratch, Jobs& jobs,
+                                             Progress& progress);
 
-/// All layers, and what the manifest says of them and of their archives.
-Status buildImagery(const ImageryPlan& plan, const std::string& folder, uint64_t memoryBytes,
-                    const Workers& workers, Progress& progress, Manifest& manifest);
+/// All that shapes the layers, as text, and the most that building them takes on the disk, about.
+std::string describeImageryPlan(const ImageryPlan& plan);
+uint64_t roomForImagery(const ImageryPlan& plan);
 
 }  // namespace terrane
