@@ -286,6 +286,14 @@ Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const Imager
     const std::string path = work.file(layer.record.archive);
     TERRANE_ASSIGN(ImageryLayerRecord record,
                    buildImageryLayer(imagery, layer, path, scratch, jobs, progress));
+    if (record.tileCount == 0) {
+      work.discard();
+      return makeError(
+          "{}: imagery layer '{}' has no texel over the elevation (all is nodata or transparent); leave it "
+          "out, or "
+          "pass --imagery-nodata",
+          layer.pictures.front().input.raster.path, record.name);
+    }
     ArchiveRecord file{record.archive, static_cast<uint64_t>(std::filesystem::file_size(path, code)), {}};
     if (code) return makeError("{}: {}", path, code.message());
     TERRANE_ASSIGN(file.sha256, hashOnce(path, "hashing-" + record.name, jobs));

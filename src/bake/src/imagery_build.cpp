@@ -206,11 +206,7 @@ Result<ImageryLayerRecord> buildImageryLayer(const ImageryPlan& plan, const Plan
     for (size_t i = 0; i < level.tiles.size(); ++i)
       if (level.made[i].bytes > 0) order.push_back({pmtilesId(level.tiles[i]), &level, i});
   }
-  if (order.empty())
-    return makeError(
-        "{}: imagery layer '{}' has no texel over the elevation (all is nodata or transparent); "
-        "leave it out, or pass --imagery-nodata",
-        layer.pictures.front().input.raster.path, name);
+  if (order.empty()) return record;
   std::sort(order.begin(), order.end(), [](const Stored& a, const Stored& b) { return a.id < b.id; });
   record.tileCount = order.size();
   std::optional<PmtilesWriter> writer;

@@ -23,7 +23,8 @@ Status readFinestImagery(std::vector<std::unique_ptr<PictureSampler>>& samplers,
 
 /// Builds a layer: reads its finest level tile by tile, makes each coarser one from the one before, codes
 /// every tile as it is made, and at last writes the archive `path`. What lies between the steps goes to
-/// `scratch`; memory is a few tiles a worker. Returns the finished record.
+/// `scratch`; memory is a few tiles a worker. Returns the finished record;
+/// without a tile, and without an archive, where no picture has a texel over the elevation.
 Result<ImageryLayerRecord> buildImageryLayer(const ImageryPlan& plan, const PlannedLayer& layer,
                                              const std::string& path, const Scratch& scratch, Jobs& jobs,
                                              Progress& progress);
