@@ -274,9 +274,7 @@ void readElevation(const MemberReader& members, Manifest& manifest) {
   if (codec != kElevationCodec) json.fail("codec", fmt::format("is not \"{}\"", kElevationCodec));
   json.readInteger("codecVersion", codecVersion, 1, kElevationCodecVersion);
   if (codecVersion < kElevationCodecVersion)
-    json.fail(
-        "codecVersion",
-        fmt::format("is {}, which this program no longer reads", codecVersion));
+    json.fail("codecVersion", fmt::format("is {}, which this program no longer reads", codecVersion));
   json.read("heightStep", scale.heightStep, 1e-9, 1e6);
   json.read("heightOffset", scale.heightOffset, -1e9, 1e9);
   json.read("errorUnit", scale.errorUnit, 1e-12, 1e9);

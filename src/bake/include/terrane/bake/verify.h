@@ -27,12 +27,12 @@ struct VerifyReport {
   double seconds = 0.0;
 };
 
-/// Checks a whole dataset: the size and hash of every file, every tile's payload (imagery's too), that samples on tile
-/// borders are equal bit for bit (also to what is interpolated where a neighbour is not stored), coverage,
-/// that every node's error and range hold for the finest stored samples, that they are strictly saturated and
-/// nested over tile borders, and what tiles say of their children. Faults of the dataset stand in the report;
-/// an Error is a directory that cannot be opened as a dataset at all, a changed manifest, cancellation or a
-/// full disk.
+/// Checks a whole dataset: the size and hash of every file, every tile's payload (imagery's too), that
+/// samples on tile borders are equal bit for bit (also to what is interpolated where a neighbour is not
+/// stored), coverage, that every node's error and range hold for the finest stored samples, that they are
+/// strictly saturated and nested over tile borders, and what tiles say of their children. Faults of the
+/// dataset stand in the report; an Error is a directory that cannot be opened as a dataset at all, a changed
+/// manifest, cancellation or a full disk.
 Result<VerifyReport> verifyDataset(const std::string& directory, const VerifyOptions& options,
                                    Progress& progress);
 
