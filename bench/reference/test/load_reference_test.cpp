@@ -19,6 +19,7 @@ namespace {
 /// holes. `tiles` receives what each of them is.
 Manifest writeDataset(const TemporaryDirectory& directory, std::map<TileId, Tile>& tiles) {
   Manifest manifest = exampleManifest();
+  manifest.imagery.clear();
   manifest.frame.finestLevel = 1;
   manifest.frame.spacingX = 10.0;
   manifest.frame.spacingY = 10.05;
