@@ -70,14 +70,15 @@ void ImageryStore::beginPages() {
 int32_t ImageryStore::addPage(const Lattice& lattice, const Triangle& triangle, TileId shading) {
   if (layers_.empty()) return -1;
   const auto ends = lattice.hypotenuse(triangle.diamond);
-  const auto [west, east] = std::minmax({ends[0].x, ends[1].x, triangle.apex.x});
-  const auto [north, south] = std::minmax({ends[0].y, ends[1].y, triangle.apex.y});
+  const auto columns = std::minmax({ends[0].x, ends[1].x, triangle.apex.x});
+  const auto rows = std::minmax({ends[0].y, ends[1].y, triangle.apex.y});
   const auto rangeOf = [&](int level) {
     const double tiles = std::ldexp(1.0 / kSide, level - lattice.depth());
     const auto first = [&](int32_t at) { return static_cast<int64_t>(std::floor(at * tiles)); };
     const auto end = [&](int32_t at) { return static_cast<int64_t>(std::ceil(at * tiles)); };
-    return Range{first(west), first(north), std::max(end(east), first(west) + 1),
-                 std::max(end(south), first(north) + 1)};
+    return Range{first(columns.first), first(rows.first),
+                 std::max(end(columns.second), first(columns.first) + 1),
+                 std::max(end(rows.second), first(rows.first) + 1)};
   };
   const auto tileAt = [](int level, int64_t col, int64_t row) {
     return TileId{level, static_cast<int32_t>(col), static_cast<int32_t>(row)};
