@@ -229,7 +229,7 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
   // What the tile has before its own samples: its parent's, or the world's four corners.
   if (isRoot) {
     tile.samples.heights.resize(kTileSampleCount);
-    tile.samples.states.resize(kTileSampleCount);
+    tile.samples.states.assign(kTileSampleCount, SampleState::Coded);
     TERRANE_TRY(readCorners(in, scale, tile.samples));
   } else {
     copyParentSamples(*parent, quadrant, tile.samples);

@@ -48,7 +48,7 @@ void copyParentSamples(const TileSamples& parent, int quadrant, TileSamples& chi
   TERRANE_CHECK(parent.heights.size() == kTileSampleCount && parent.states.size() == kTileSampleCount,
                 "{} heights, {} states", parent.heights.size(), parent.states.size());
   child.heights.resize(kTileSampleCount);
-  child.states.resize(kTileSampleCount);
+  child.states.assign(kTileSampleCount, SampleState::Coded);
 
   const int firstX = (quadrant & 1) * (kTileCells / 2);
   const int firstY = (quadrant >> 1) * (kTileCells / 2);

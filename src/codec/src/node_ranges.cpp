@@ -50,8 +50,9 @@ RangePredictor::RangePredictor(const Tile& tile, const TileNodes& nodes, const E
     rowHigh.fill(-kInfinity);
     for (int y = blockRow * kBlockCells; y <= (blockRow + 1) * kBlockCells; ++y) {
       const float* heights = tile.samples.heights.data() + y * kTileSamples;
-      if (anyVoid) {
-        addGround(heights, states.data() + y * kTileSamples, rowLow.data(), rowHigh.data());
+      const SampleState* row = states.data() + y * kTileSamples;
+      if (anyVoid && std::memchr(row, static_cast<int>(SampleState::Void), kTileSamples) != nullptr) {
+        addGround(heights, row, rowLow.data(), rowHigh.data());
       } else {
         addAll(heights, rowLow.data(), rowHigh.data());
       }

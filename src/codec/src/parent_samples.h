@@ -5,7 +5,7 @@
 namespace terrane {
 
 /// Sizes the child's samples and spreads the parent's samples of a quadrant to every second place; the
-/// others are left at 0 m, Void.
+/// others have any height, and are Coded for now.
 void copyParentSamples(const TileSamples& parent, int quadrant, TileSamples& child);
 
 }  // namespace terrane

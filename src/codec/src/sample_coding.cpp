@@ -5,6 +5,9 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <utility>
 
 #include "questions.h"
 #include "rans.h"
@@ -138,6 +141,17 @@ RunAround aroundRun(const Grid& grid, int x, int end, int y, const SampleState* 
     look(apexB);
   }
   return anyVoid && anyGround ? RunAround::Both : anyVoid ? RunAround::Void : RunAround::Ground;
+}
+
+/// Is a row surely without Void around it? Samples that are not known yet must not be Void.
+bool isGroundAround(const Grid& grid, int y, const SampleState* states) {
+  const int middle = grid.indexOf(0, y) / kTileSamples;
+  const auto holdsVoid = [&](int row) {
+    return row >= 0 && row < kTileSamples &&
+           std::memchr(states + row * kTileSamples, static_cast<int>(SampleState::Void), kTileSamples) !=
+               nullptr;
+  };
+  return !holdsVoid(middle - grid.s) && !holdsVoid(middle) && !holdsVoid(middle + grid.s);
 }
 
 /// Nearest step numbers of heights; exact doubles in a fixed order, so that every machine gets the same.
@@ -559,11 +573,11 @@ class LevelDecoder {
       predictRow(scratch_.planes, kind, y, weights, scratch_.predicted);
       if (asks) {
         decodeStates(grid, y, isVoid, isOwn, in);
-        if (isAllCoded(grid, y)) {
-          decodeAll(grid, y, spreads, in);
-          continue;
+        if (const auto range = codedRange(grid, y)) {
+          decodeRange(grid, y, range->first, range->second, spreads, in);
+        } else {
+          decodeSome(grid, y, spreads, in);
         }
-        decodeSome(grid, y, spreads, in);
       } else {
         const SampleState all = ownStates_.anyVoid    ? SampleState::Void
                                 : ownStates_.anyCoded ? SampleState::Coded
@@ -571,7 +585,7 @@ class LevelDecoder {
         SampleState* states = samples_.states.data() + grid.indexOf(0, y);
         for (int x = 0; x < grid.cols; ++x) states[2 * x * s_] = all;
         if (ownStates_.anyCoded) {
-          decodeAll(grid, y, spreads, in);
+          decodeRange(grid, y, 0, grid.cols, spreads, in);
           continue;
         }
         decodeSome(grid, y, spreads, in);
@@ -587,9 +601,10 @@ class LevelDecoder {
                     const Questions<kOwnContexts>& isOwn, SegmentReader& in) {
     SampleState* states = samples_.states.data();
     const SampleState ground = ownStates_.anyInterpolated ? SampleState::Interpolated : SampleState::Coded;
+    const bool isAllGround = !ownStates_.anyVoid || isGroundAround(grid, y, states);
     for (int x = 0; x < grid.cols; x += kRun) {
       const int end = std::min(x + kRun, grid.cols);
-      const RunAround around = ownStates_.anyVoid ? aroundRun(grid, x, end, y, states) : RunAround::Ground;
+      const RunAround around = isAllGround ? RunAround::Ground : aroundRun(grid, x, end, y, states);
       const bool isAlike =
           !ownStates_.anyVoid ||
           (around != RunAround::Both && !in.answer(isVoid.odds[kRunContext + static_cast<size_t>(around)]));
@@ -610,31 +625,50 @@ class LevelDecoder {
     }
   }
 
-  bool isAllCoded(const Grid& grid, int y) const {
+  /// The first and one past the last coded sample of a row, where all between are coded as well.
+  std::optional<std::pair<int, int>> codedRange(const Grid& grid, int y) const {
     const SampleState* states = samples_.states.data() + grid.indexOf(0, y);
-    int others = 0;
-    for (int x = 0; x < grid.cols; ++x) others += states[2 * x * s_] != SampleState::Coded ? 1 : 0;
-    return others == 0;
+    const auto isCoded = [&](int x) { return states[2 * x * s_] == SampleState::Coded; };
+    int first = 0;
+    int end = grid.cols;
+    while (first < end && !isCoded(first)) ++first;
+    while (first < end && !isCoded(end - 1)) --end;
+    for (int x = first; x < end; ++x) {
+      if (!isCoded(x)) return std::nullopt;
+    }
+    return std::pair(first, end);
   }
 
-  /// A row of which every sample is coded.
-  void decodeAll(const Grid& grid, int y, const std::array<uint8_t, kSizeContexts>& spreadOfContext,
-                 SegmentReader& in) {
+  /// A row of which the samples from `first` to before `end` are coded, and no others.
+  void decodeRange(const Grid& grid, int y, int first, int end,
+                   const std::array<uint8_t, kSizeContexts>& spreadOfContext, SegmentReader& in) {
     const RowPrediction& predicted = scratch_.predicted;
     std::array<uint8_t, RowPrediction::kRoom> spreads;
     std::array<int32_t, RowPrediction::kRoom> residuals;
     std::array<float, RowPrediction::kRoom> heights;
-    const int count = grid.cols;
-    for (size_t x = 0; x < static_cast<size_t>(count); ++x)
-      spreads[x] = spreadOfContext[predicted.context[x]];
+    const int count = end - first;
+    for (size_t i = 0; i < static_cast<size_t>(count); ++i)
+      spreads[i] = spreadOfContext[predicted.context[static_cast<size_t>(first) + i]];
     in.numbers(spreads.data(), count, residuals.data());
     int32_t* values = scratch_.planes.of(grid.kind).row(y);
     int32_t* misses = missesRow(scratch_.planes, grid.kind, y);
     std::array<int32_t, RowPrediction::kRoom> unused;
-    outOfRange_ |= !addResiduals(predicted, residuals.data(), count, scale_, values,
-                                 misses != nullptr ? misses : unused.data(), heights.data());
-    float* to = samples_.heights.data() + grid.indexOf(0, y);
-    for (int x = 0; x < count; ++x) to[2 * x * s_] = heights[static_cast<size_t>(x)];
+    outOfRange_ |=
+        !addResiduals(predicted.values.data() + first, residuals.data(), count, scale_, values + first,
+                      misses != nullptr ? misses + first : unused.data(), heights.data());
+    float* to = samples_.heights.data() + grid.indexOf(first, y);
+    for (int i = 0; i < count; ++i) to[2 * i * s_] = heights[static_cast<size_t>(i)];
+    if (count == grid.cols) return;
+    for (int x = 0; x < first; ++x) takeMean(grid, x, y, values);
+    for (int x = end; x < grid.cols; ++x) takeMean(grid, x, y, values);
+  }
+
+  /// A sample that is not coded.
+  void takeMean(const Grid& grid, int x, int y, int32_t* values) {
+    values[x] = meanOfEnds(scratch_.predicted, x);
+    const auto [endA, endB, apexA, apexB] = grid.around(x, y);
+    float* heights = samples_.heights.data();
+    heights[grid.indexOf(x, y)] = (heights[endA] + heights[endB]) * 0.5F;
   }
 
   /// A row of which only some samples are coded.
@@ -661,9 +695,7 @@ class LevelDecoder {
         outOfRange_ |= values[x] > kLargestInteger || values[x] < -kLargestInteger;
         heights[index] = scale_.heightFromInteger(values[x]);
       } else {
-        values[x] = meanOfEnds(predicted, x);
-        const auto [endA, endB, apexA, apexB] = grid.around(x, y);
-        heights[index] = (heights[endA] + heights[endB]) * 0.5F;
+        takeMean(grid, x, y, values);
       }
     }
   }

@@ -324,18 +324,17 @@ TERRANE_CLONES void setMisses(const int32_t* __restrict values, const RowPredict
   }
 }
 
-TERRANE_CLONES bool addResiduals(const RowPrediction& predicted, const int32_t* __restrict residuals,
+TERRANE_CLONES bool addResiduals(const int32_t* __restrict predicted, const int32_t* __restrict residuals,
                                  int count, const ElevationScale& scale, int32_t* __restrict values,
                                  int32_t* __restrict misses, float* __restrict heights) {
   constexpr int32_t kMost = 1 << 20;
-  const int32_t* __restrict expected = predicted.values.data();
   const double offset = scale.heightOffset;
   const double step = scale.heightStep;
   int32_t low = 0;
   int32_t high = 0;
   for (int x = 0; x < count; ++x) {
     const auto value =
-        static_cast<int32_t>(static_cast<uint32_t>(expected[x]) + static_cast<uint32_t>(residuals[x]));
+        static_cast<int32_t>(static_cast<uint32_t>(predicted[x]) + static_cast<uint32_t>(residuals[x]));
     values[x] = value;
     low = std::min(low, value);
     high = std::max(high, value);

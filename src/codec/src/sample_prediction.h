@@ -63,10 +63,10 @@ inline constexpr int32_t kLargestInteger = (1 << 24) - 1;
 /// The sizes of what a row's predictions missed, bounded to 2^20.
 void setMisses(const int32_t* values, const RowPrediction& predicted, int count, int32_t* misses);
 
-/// A row that is coded throughout: predictions and residuals make values, misses and heights. False where a
-/// value is beyond +- kLargestInteger.
-bool addResiduals(const RowPrediction& predicted, const int32_t* residuals, int count,
-                  const ElevationScale& scale, int32_t* values, int32_t* misses, float* heights);
+/// Samples in a row that are all coded: predictions and residuals make values, misses and heights. False
+/// where a value is beyond +- kLargestInteger.
+bool addResiduals(const int32_t* predicted, const int32_t* residuals, int count, const ElevationScale& scale,
+                  int32_t* values, int32_t* misses, float* heights);
 
 /// The weights that fit a complete level best, by least squares over every fourth row; exact whole-number
 /// sums, so that every machine finds the same. `counts`: for each of the kind's samples, row by row, 1 where
