@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "terrane/tiling/lattice.h"
+#include "vector_clones.h"
 
 namespace terrane {
 namespace {
@@ -14,14 +15,14 @@ constexpr int kBlockCells = 8;
 constexpr int kBlocks = kTileCells / kBlockCells;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-void addAll(const float* __restrict heights, float* __restrict low, float* __restrict high) {
+TERRANE_CLONES void addAll(const float* __restrict heights, float* __restrict low, float* __restrict high) {
   for (size_t x = 0; x < kTileSamples; ++x) {
     low[x] = std::min(low[x], heights[x]);
     high[x] = std::max(high[x], heights[x]);
   }
 }
-void addGround(const float* __restrict heights, const SampleState* __restrict states, float* __restrict low,
-               float* __restrict high) {
+TERRANE_CLONES void addGround(const float* __restrict heights, const SampleState* __restrict states,
+                              float* __restrict low, float* __restrict high) {
   for (size_t x = 0; x < kTileSamples; ++x) {
     const bool isVoid = states[x] == SampleState::Void;
     low[x] = std::min(low[x], isVoid ? kInfinity : heights[x]);

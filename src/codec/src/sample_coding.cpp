@@ -583,7 +583,8 @@ class LevelDecoder {
                                 : ownStates_.anyCoded ? SampleState::Coded
                                                       : SampleState::Interpolated;
         SampleState* states = samples_.states.data() + grid.indexOf(0, y);
-        for (int x = 0; x < grid.cols; ++x) states[2 * x * s_] = all;
+        // note: what is not known yet is Coded.
+        for (int x = 0; x < grid.cols && all != SampleState::Coded; ++x) states[2 * x * s_] = all;
         if (ownStates_.anyCoded) {
           decodeRange(grid, y, 0, grid.cols, spreads, in);
           continue;
@@ -657,7 +658,11 @@ class LevelDecoder {
         !addResiduals(predicted.values.data() + first, residuals.data(), count, scale_, values + first,
                       misses != nullptr ? misses + first : unused.data(), heights.data());
     float* to = samples_.heights.data() + grid.indexOf(first, y);
-    for (int i = 0; i < count; ++i) to[2 * i * s_] = heights[static_cast<size_t>(i)];
+    if (s_ == 1) {
+      for (int i = 0; i < count; ++i) to[2 * i] = heights[static_cast<size_t>(i)];
+    } else {
+      for (int i = 0; i < count; ++i) to[2 * i * s_] = heights[static_cast<size_t>(i)];
+    }
     if (count == grid.cols) return;
     for (int x = 0; x < first; ++x) takeMean(grid, x, y, values);
     for (int x = end; x < grid.cols; ++x) takeMean(grid, x, y, values);

@@ -5,13 +5,8 @@
 #include <cmath>
 #include <cstring>
 
-// Compiled for several generations of processors where that is possible; whole numbers, so all agree.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define TERRANE_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define TERRANE_CLONES
-#endif
+#include "vector_clones.h"
+
 #define TERRANE_INLINE __attribute__((always_inline)) inline
 
 namespace terrane {
