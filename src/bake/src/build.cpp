@@ -50,9 +50,9 @@ void chooseCodeUnits(const HeightRange& range, double maxErrorMeters, int finest
   const double slack = 1e-6 * (1.0 + std::abs(range.low) + std::abs(range.high));
   const double low = range.low - maxErrorMeters - slack;
   const double high = range.high + maxErrorMeters + slack;
-  // At most 4095 of the 65535 codes, and none finer than the heights' own step: a height range need not be
+  // At most 2047 of the 65535 codes, and none finer than the heights' own step: a height range need not be
   // finer, and its lowest bits would cost bytes. They begin up to 4096 codes lower.
-  scale.rangeUnit = doubledUpTo((high - low) / 4095.0, scale.heightStep);
+  scale.rangeUnit = doubledUpTo((high - low) / 2047.0, scale.heightStep);
   const double stride = 4096.0 * scale.rangeUnit;
   scale.rangeBase = scale.heightOffset + std::floor((low - scale.heightOffset) / stride) * stride;
 }
