@@ -107,6 +107,21 @@ fails 2 'no --imagery' "$terrane" build good.tif -o a.terrane --bands 1
 fails 2 'imagery-format' "${imagery[@]}" good.tif --imagery-format gif
 fails 2 'imagery-quality' "${imagery[@]}" good.tif --imagery-quality 0
 
+# Adding to a dataset.
+fails 1 'nowhere.terrane.*does not exist' "$terrane" build good.tif -o nowhere.terrane --append
+fails 2 'append|overwrite' "$terrane" build good.tif -o good.terrane --append --overwrite
+fails 2 'append|crs' "$terrane" build good.tif -o good.terrane --append --crs EPSG:32633
+fails 2 'append|max-error' "$terrane" build good.tif -o good.terrane --append --max-error 1
+fails 2 'append|lossless' "$terrane" build good.tif -o good.terrane --append --lossless
+fails 2 'append|imagery' "$terrane" build good.tif -o good.terrane --append --imagery good.tif
+fails 1 'good.terrane.*within .* m.*anew' "$terrane" build good.tif -o good.terrane --append
+grid whole.asc 20 20 100
+"$terrane" build whole.asc --source-crs EPSG:32632 -o whole.terrane -q || exit 1
+fails 1 'missing.tif.*(not|no such)' "$terrane" build missing.tif -o whole.terrane --append
+fails 1 'whole.asc.*cannot be appended.*CRS.*anew' \
+  "$terrane" build whole.asc --source-crs EPSG:2056 -o whole.terrane --append
+fails 1 'good.tif.*cannot be appended.*anew' "$terrane" build good.tif -o whole.terrane --append
+
 # The output.
 fails 1 '--overwrite' "$terrane" build good.tif -o good.terrane
 fails 1 'does not exist' "$terrane" build good.tif -o nowhere/a.terrane

@@ -338,5 +338,86 @@ TEST_F(KillJourney, AnInterruptedBuildSaysHowToGoOn) {
   }
 }
 
+TEST_F(KillJourney, AddingToADatasetLeavesItAloneUntilTheEnd) {
+  const auto makeIntegers = [&](const std::string& name, int col, int row, int cols, int rows,
+                                uint64_t seed) {
+    std::ofstream header(path(name + ".hdr"));
+    header << "nrows " << rows << "\nncols " << cols
+           << "\nnbands 1\nnbits 16\npixeltype signedint\nbyteorder i\n"
+           << "layout bil\nulxmap " << 500000 + 10 * col << "\nulymap " << 5200000 - 10 * row
+           << "\nxdim 10\nydim 10\n";
+    std::vector<int16_t> heights;
+    for (int y = 0; y < rows; ++y) {
+      for (int x = 0; x < cols; ++x)
+        heights.push_back(static_cast<int16_t>(std::lround(roughGround(col + x, row + y, seed))));
+    }
+    std::ofstream(path(name + ".bil"), std::ios::binary)
+        .write(reinterpret_cast<const char*>(heights.data()),
+               static_cast<std::streamsize>(heights.size() * sizeof(int16_t)));
+  };
+  makeIntegers("old", 0, 0, 1300, 1100, 1);
+  makeIntegers("new", 900, 700, 500, 300, 2);
+  const auto command = [&](const std::vector<std::string>& inputs, const std::string& threads, bool append) {
+    std::vector<std::string> out = {"build"};
+    for (const std::string& input : inputs) out.push_back(path(input + ".bil"));
+    out.insert(out.end(),
+               {"--source-crs", "EPSG:32632", "-o", target().string(), "--json", "--threads", threads});
+    if (append) out.emplace_back("--append");
+    return out;
+  };
+  const auto run = [&](const std::vector<std::string>& inputs, const std::string& threads, bool append) {
+    Program program(command(inputs, threads, append), folder_ / "said.txt");
+    uintmax_t bytes = 0;
+    while (program.running()) bytes = std::max(bytes, logSize());
+    EXPECT_EQ(program.wait(), 0);
+    EXPECT_FALSE(fs::exists(work()));
+    return bytes;
+  };
+  run({"old", "new"}, "2", false);
+  const auto expected = filesBelow(target());
+  fs::remove_all(target());
+  run({"old"}, "2", false);
+  const auto before = filesBelow(target());
+  fs::copy(target(), folder_ / "before.terrane");
+  const uintmax_t logBytes = run({"new"}, "2", true);
+  EXPECT_TRUE(filesBelow(target()) == expected);
+  const int64_t jobs = said().at("jobs_done");
+  EXPECT_GT(said().at("tiles_copied"), 0);
+  EXPECT_EQ(said().at("tiles_copied").get<int>() + said().at("tiles_encoded").get<int>(), said().at("tiles"));
+  const nlohmann::json copied = said().at("tiles_copied");
+
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  int resumedSome = 0;
+  for (int i = 0; i < 9; ++i) {
+    fs::remove_all(target());
+    fs::copy(folder_ / "before.terrane", target());
+    {
+      Program program(command({"new"}, std::to_string(1 + i % 3), true), folder_ / "said.txt");
+      const auto enough = static_cast<uintmax_t>((i + unit(random)) / 9.0 * static_cast<double>(logBytes));
+      while (program.running()) {
+        const bool now = i % 4 == 3 ? bytesOf(work() / "plan").find("\ncommitted ") != std::string::npos
+                                    : logSize() >= enough;
+        if (now) break;
+      }
+      program.signal(SIGKILL);
+      if (program.wait() != -1) continue;
+    }
+    const auto now = filesBelow(target());
+    ASSERT_TRUE(now == before || now == expected) << i;
+    if (now == expected && !fs::exists(work())) continue;
+    const int64_t done = jobsInLog();
+    resumedSome += done > 0 && done < jobs ? 1 : 0;
+    run({"new"}, std::to_string(1 + (i + 1) % 3), true);
+    ASSERT_TRUE(filesBelow(target()) == expected) << i;
+    if (said().at("jobs_done") == 0 && said().at("jobs_resumed") == 0) continue;
+    EXPECT_EQ(said().at("jobs_resumed"), done);
+    EXPECT_EQ(said().at("jobs_done"), jobs - done);
+    EXPECT_EQ(said().at("tiles_copied"), copied);
+  }
+  std::printf("%d times with a part of the jobs done\n", resumedSome);
+  EXPECT_GE(resumedSome, 3);
+}
+
 }  // namespace
 }  // namespace terrane

@@ -20,6 +20,7 @@ constexpr const char* kExamples =
     "  terrane build @files.txt -o all.terrane --max-error 0.1      inputs listed in a file\n"
     "  terrane build dem.tif -o photo.terrane --imagery photo.tif\n"
     "  terrane build dem.tif -o all.terrane --imagery land=b4.tif+b3.tif+b2.tif photo=west.tif east.tif\n"
+    "  terrane build new/*.tif -o all.terrane --append              on top of a dataset that is there\n"
     "  terrane build old.asc -o old.terrane --source-crs EPSG:31467 --nodata -9999\n"
     "\n"
     "A build works in NAME.terrane.partial, beside the output. There it takes, with the result, 7 to 9 bytes "
@@ -31,11 +32,22 @@ constexpr const char* kExamples =
     "new one\n"
     "takes its place.\n"
     "\n"
+    "With --append the result is what a build of all the inputs, old ones first, would have been; the old "
+    "ones "
+    "need not be\n"
+    "there. The dataset must be lossless and all of one resolution, and the new inputs must fall on its "
+    "samples, "
+    "inside its\n"
+    "world (the power of two above its size, from its north-western corner); else the message says why a "
+    "whole "
+    "build is\n"
+    "needed.\n"
+    "\n"
     "With --json: a line {\"stage\", \"steps\", \"unit\", \"seconds\"} as each stage ends, {\"warning\"} "
     "lines, and at last\n"
-    "{\"output\", \"tiles\", \"archive_bytes\", \"samples\", \"bits_per_sample\", \"imagery_tiles\", "
-    "\"imagery_bytes\",\n"
-    "\"seconds\", \"jobs_done\", \"jobs_resumed\",\n"
+    "{\"output\", \"tiles\", \"tiles_copied\", \"tiles_encoded\", \"archive_bytes\", \"samples\", "
+    "\"bits_per_sample\",\n"
+    "\"imagery_tiles\", \"imagery_bytes\", \"seconds\", \"jobs_done\", \"jobs_resumed\",\n"
     "\"jobs\": {STAGE: {\"done\", \"resumed\"}}, \"peak_rss_bytes\", \"cpu_seconds\"} or {\"error\"}.\n"
     "\n"
     "Exit status: 0 built, 1 failed (the message says what is left to go on from), 2 wrong usage.";
@@ -46,6 +58,7 @@ struct Options {
   ImageryArguments imagery;
   OutputOptions output;
   std::string memory;
+  bool append = false;
 };
 
 /// The options that shape the result, as on the command line; inputs stand in the manifest by name.
@@ -73,6 +86,8 @@ void say(const BuildReport& report, const Options& options) {
     const ResourceUse use = resourceUse();
     printJson({{"output", options.build.output},
                {"tiles", report.tiles},
+               {"tiles_copied", report.tilesCopied},
+               {"tiles_encoded", report.tiles - report.tilesCopied},
                {"archive_bytes", report.archiveBytes},
                {"samples", report.samples},
                {"bits_per_sample", report.bitsPerSample},
@@ -85,8 +100,12 @@ void say(const BuildReport& report, const Options& options) {
                {"peak_rss_bytes", use.peakRssBytes},
                {"cpu_seconds", use.cpuSeconds}});
   } else if (!options.output.quiet) {
+    const std::string copied =
+        options.append
+            ? fmt::format(" ({} as they were)", formatCount(static_cast<int64_t>(report.tilesCopied)))
+            : "";
     fmt::print("{}: {} tiles, {}, {:.2f} bits a sample, in {}\n", options.build.output,
-               formatCount(static_cast<int64_t>(report.tiles)), formatBytes(report.archiveBytes),
+               formatCount(static_cast<int64_t>(report.tiles)) + copied, formatBytes(report.archiveBytes),
                report.bitsPerSample, formatDuration(report.seconds));
     if (report.imageryTiles > 0) {
       fmt::print("imagery: {} tiles, {}\n", formatCount(static_cast<int64_t>(report.imageryTiles)),
@@ -116,10 +135,12 @@ int runBuild(Options options) {
   options.build.cancel = &interruptFlag();
 
   // An output that cannot be made is known before the inputs are read.
+  options.build.overwrite = options.build.overwrite || options.append;
   const Status target = checkOutput(options.build);
   if (!target.ok()) return fail(target.error(), options.output);
   const std::unique_ptr<CommandProgress> progress = makeProgress(options.output);
-  const auto source = openSource(options.source, *progress);
+  const auto source = options.append ? openAppendedSource(options.source, options.build.output, *progress)
+                                     : openSource(options.source, *progress);
   if (!source.ok()) return fail(source.error(), options.output);
   const auto report = buildDataset(**source, options.build, *progress);
   if (report.ok()) progress->finish();
@@ -139,21 +160,28 @@ void addBuildCommand(CLI::App& app, CommandContext& context) {
   command->add_option("INPUT", source.inputs, "Rasters that GDAL opens, folders, globs, or @list files")
       ->required();
   command->add_option("-o,--output", build.output, "The dataset to make, NAME.terrane")->required();
-  command->add_flag("--overwrite", build.overwrite, "Replace a dataset that stands there");
-  command->add_option("--crs", source.crs,
-                      "CRS of the dataset, projected (default: the inputs', or a UTM zone)");
+  CLI::Option* overwrite =
+      command->add_flag("--overwrite", build.overwrite, "Replace a dataset that stands there");
+  CLI::Option* append = command->add_flag(
+      "--append", options->append, "Lay the inputs over the dataset that stands there, on its samples");
+  append->excludes(overwrite);
+  CLI::Option* crs = command->add_option(
+      "--crs", source.crs, "CRS of the dataset, projected (default: the inputs', or a UTM zone)");
   command->add_option("--source-crs", source.sourceCrs, "CRS of inputs without one or with a wrong one");
   command->add_option("--nodata", source.noData,
                       "The value that stands for no data (default: what the files say)");
   CLI::Option* lossless = command->add_flag("--lossless", source.lossless,
                                             "Keep every height exactly (the default for integer inputs)");
-  command
-      ->add_option("--max-error", source.maxErrorMeters,
-                   "Largest error of a height in metres (default for others: spacing / 200)")
-      ->excludes(lossless);
+  CLI::Option* maxError =
+      command
+          ->add_option("--max-error", source.maxErrorMeters,
+                       "Largest error of a height in metres (default for others: spacing / 200)")
+          ->excludes(lossless);
+  for (CLI::Option* option : {crs, lossless, maxError}) append->excludes(option);
   command->add_option("--attribution", build.attribution,
                       "Whose data it is, for the manifest and for viewers");
   addImageryOptions(*command, options->imagery);
+  append->excludes(command->get_option("--imagery"));
   command->add_option("--threads", build.threads, "Threads to work with (default: all cores)")
       ->check(CLI::Range(1, 1024));
   command->add_option("--memory", options->memory, "Memory to work with, as 500M or 2G (default: a quarter)");

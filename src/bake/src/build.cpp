@@ -8,21 +8,23 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <string_view>
 
 #include "build_output.h"
 #include "imagery_build.h"
 #include "node_measure.h"
 #include "pyramid_steps.h"
-#include "terrane/codec/elevation_codec.h"
 #include "terrane/dataset/dataset.h"
 #include "terrane/dataset/hash.h"
 #include "terrane/dataset/pmtiles.h"
+#include "tile_encoder.h"
 
 namespace terrane {
 
 namespace {
 
 constexpr const char* kArchiveName = "elevation.pmtiles";
+constexpr std::string_view kAppendWord = "\nappend ";  ///< in a plan, before the old manifest's hash
 
 /// Height of ground, lowest and highest, over all stored tiles.
 struct HeightRange {
@@ -30,81 +32,30 @@ struct HeightRange {
   double high = 0.0;
 };
 
-/// Codes that tell small errors apart and never run out.
+/// The smallest unit * 2^n, n >= 0, that is at least `least`.
+double doubledUpTo(double least, double unit) {
+  while (unit < least) unit *= 2.0;
+  return unit;
+}
+
+/// Codes that tell small errors apart and never run out. All units go in coarse steps, so that a range that
+/// grows somewhat, as datasets do that are added to, leaves them as they are, and payloads with them.
 void chooseCodeUnits(const HeightRange& range, double maxErrorMeters, int finestLevel,
                      ElevationScale& scale) {
   // The largest error, and one code more for each bintree level above it, must stay below 255.
   const double largest = std::max(2.0 * (range.high - range.low), scale.heightStep) + 2.0 * maxErrorMeters;
   const double codesLeft = 254.0 - 2.0 * (finestLevel + 8);
-  scale.errorUnit = std::max(scale.heightStep / 64.0, largest / std::exp2(codesLeft / 8.0));
+  scale.errorUnit = doubledUpTo(largest / std::exp2(codesLeft / 8.0), scale.heightStep / 64.0);
   // Ranges a little wider than the ground's, so that rounding cannot push a height out.
   const double slack = 1e-6 * (1.0 + std::abs(range.low) + std::abs(range.high));
-  scale.rangeBase = range.low - maxErrorMeters - slack;
-  // 2047 of the 65535 codes, and none finer than the heights' own step: a height range need not be finer, and
-  // its lowest bits would cost bytes.
-  scale.rangeUnit =
-      std::max(scale.heightStep, (range.high - range.low + 2.0 * (maxErrorMeters + slack)) / 2047.0);
+  const double low = range.low - maxErrorMeters - slack;
+  const double high = range.high + maxErrorMeters + slack;
+  // At most 2047 of the 65535 codes, and none finer than the heights' own step: a height range need not be
+  // finer, and its lowest bits would cost bytes. They begin up to 4096 codes lower.
+  scale.rangeUnit = doubledUpTo((high - low) / 2047.0, scale.heightStep);
+  const double stride = 4096.0 * scale.rangeUnit;
+  scale.rangeBase = scale.heightOffset + std::floor((low - scale.heightOffset) / stride) * stride;
 }
-
-/// Turns tiles into payloads, each worker with a parent at hand.
-class TileEncoder {
- public:
-  TileEncoder(const Pyramid& pyramid, const NodeStores& stores, const ElevationScale& scale, int workers)
-      : pyramid_(pyramid), stores_(stores), scale_(scale), scratches_(static_cast<size_t>(workers)) {}
-
-  Result<std::vector<uint8_t>> encode(int worker, TileId id) {
-    Scratch& scratch = scratches_[static_cast<size_t>(worker)];
-    const int index = pyramid_.find(id);
-    const PyramidTile& tile = pyramid_.levels[static_cast<size_t>(id.level)][static_cast<size_t>(index)];
-    Tile& out = scratch.tile;
-    TERRANE_TRY(pyramid_.readSamples(tile, out.samples));
-    TERRANE_TRY(takeNodes(tile, scratch.codes, out.nodes));
-    for (int quadrant = 0; quadrant < 4; ++quadrant) {
-      out.children[static_cast<size_t>(quadrant)] = summariseChild(tile, out, quadrant);
-    }
-    if (id.isRoot()) return encodeTile(out, nullptr, 0, scale_);
-
-    // Siblings follow each other, so that one parent often serves for four.
-    if (scratch.parentId != id.parent()) {
-      const int parent = pyramid_.find(id.parent());
-      TERRANE_TRY(pyramid_.readSamples(
-          pyramid_.levels[static_cast<size_t>(id.level) - 1][static_cast<size_t>(parent)], scratch.parent));
-      scratch.parentId = id.parent();
-    }
-    return encodeTile(out, &scratch.parent, id.quadrant(), scale_);
-  }
-
- private:
-  struct Scratch {
-    Tile tile;
-    TileSamples parent;
-    TileId parentId{-1, 0, 0};
-    TileCodes codes;
-  };
-
-  Status takeNodes(const PyramidTile& tile, TileCodes& codes, TileNodes& out) const {
-    TERRANE_TRY(stores_.joined.readValue(static_cast<uint64_t>(tile.block), codes));
-    const int count = tileNodeCount(tile.id.isRoot());
-    out.error.assign(codes.error.begin(), codes.error.begin() + count);
-    out.largeError.assign(codes.large.begin(), codes.large.begin() + tileLargeNodeCount(tile.id.isRoot()));
-    out.low.assign(codes.low.begin(), codes.low.begin() + count);
-    out.high.assign(codes.high.begin(), codes.high.begin() + count);
-    return {};
-  }
-
-  ChildSummary summariseChild(const PyramidTile& tile, const Tile& out, int quadrant) const {
-    const int32_t child = tile.children[static_cast<size_t>(quadrant)];
-    const auto below = static_cast<size_t>(tile.id.level) + 1;
-    if (child < 0 || !pyramid_.levels[below][static_cast<size_t>(child)].stored)
-      return summariseMissingChild(out.samples, out.nodes, tile.id.isRoot(), quadrant);
-    return pyramid_.levels[below][static_cast<size_t>(child)].nodes;
-  }
-
-  const Pyramid& pyramid_;
-  const NodeStores& stores_;
-  const ElevationScale& scale_;
-  std::vector<Scratch> scratches_;
-};
 
 /// All stored tiles in the archive's order.
 std::vector<TileId> storedTiles(const Pyramid& pyramid) {
@@ -120,24 +71,41 @@ std::vector<TileId> storedTiles(const Pyramid& pyramid) {
   return out;
 }
 
-Status writeArchive(const std::string& path, const Pyramid& pyramid, const NodeStores& stores,
-                    const ElevationScale& scale, const std::vector<TileId>& tiles, Jobs& jobs,
-                    Progress& progress) {
+/// A tile in the archive.
+struct WrittenTile {
+  PmtilesPlace place;
+  uint64_t copied = 0;  ///< 1: from the dataset that is added to
+};
+
+/// Writes the archive; gives how many of its tiles were copied.
+Result<uint64_t> writeArchive(const std::string& path, TileEncoder& encoder, const std::vector<TileId>& tiles,
+                              Jobs& jobs, Progress& progress) {
   progress.beginStage("encoding", static_cast<int64_t>(tiles.size()), "tiles");
   std::optional<PmtilesWriter> writer;
-  TileEncoder encoder(pyramid, stores, scale, jobs.workers().count());
-  const Status done = jobs.runInOrder<PmtilesPlace>(
+  std::vector<uint8_t> copied(tiles.size(), 0);  // each job has its own
+  const Status done = jobs.runInOrder<WrittenTile>(
       "encoding", static_cast<int64_t>(tiles.size()), &progress,
-      [&](std::span<const PmtilesPlace> before) -> Status {
-        TERRANE_ASSIGN(writer, PmtilesWriter::goOn(path, before));
+      [&](std::span<const WrittenTile> before) -> Status {
+        std::vector<PmtilesPlace> places;
+        for (const WrittenTile& tile : before) {
+          copied[places.size()] = tile.copied != 0 ? 1 : 0;
+          places.push_back(tile.place);
+        }
+        TERRANE_ASSIGN(writer, PmtilesWriter::goOn(path, places));
         return {};
       },
-      [&](int worker, int64_t i) { return encoder.encode(worker, tiles[static_cast<size_t>(i)]); },
-      [&](int64_t i, const std::vector<uint8_t>& bytes) {
-        return writer->add(tiles[static_cast<size_t>(i)], bytes);
+      [&](int worker, int64_t i) -> Result<std::vector<uint8_t>> {
+        TERRANE_ASSIGN(EncodedTile tile, encoder.encode(worker, tiles[static_cast<size_t>(i)]));
+        copied[static_cast<size_t>(i)] = tile.copied ? 1 : 0;
+        return std::move(tile.bytes);
+      },
+      [&](int64_t i, const std::vector<uint8_t>& bytes) -> Result<WrittenTile> {
+        TERRANE_ASSIGN(const PmtilesPlace place, writer->add(tiles[static_cast<size_t>(i)], bytes));
+        return WrittenTile{place, copied[static_cast<size_t>(i)]};
       });
   TERRANE_TRY(done);
-  return writer->finish(R"({"name":"elevation","format":"terrane elevation payload 2"})");
+  TERRANE_TRY(writer->finish(R"({"name":"elevation","format":"terrane elevation payload 2"})"));
+  return static_cast<uint64_t>(std::count(copied.begin(), copied.end(), 1));
 }
 
 /// The SHA-256 of a finished file.
@@ -154,11 +122,12 @@ Result<std::string> hashOnce(const std::string& path, const std::string& stage, 
   return std::string(hashes->front().begin(), hashes->front().end());
 }
 
-/// All that shapes the result, as text. A work folder with another plan is of no use.
+/// All that shapes the result, as text. A work folder with another plan is of no use. `base`: the hash of the
+/// manifest of the dataset that is added to, empty for none.
 std::string describePlan(const SourcePlan& plan, const ImageryPlan& imagery, const BuildOptions& options,
-                         const std::string& name) {
+                         const std::string& name, const std::string& base) {
   std::string text = fmt::format(
-      "terrane {} work 1 dataset {} payload 2\nname {}\noptions {}\nattribution {}\ncrs {}\norigin {:.17g} "
+      "terrane {} work 2 dataset {} payload 2\nname {}\noptions {}\nattribution {}\ncrs {}\norigin {:.17g} "
       "{:.17g} "
       "spacing {:.17g} {:.17g} level {} extent {} {}\nstep {:.17g} offset {:.17g} error {:.17g} {}\n",
       TERRANE_VERSION, Manifest::kFormatVersion, name, options.optionsText, options.attribution, plan.crsWkt,
@@ -170,7 +139,43 @@ std::string describePlan(const SourcePlan& plan, const ImageryPlan& imagery, con
                         input.name, input.sha256, input.bytes, input.width, input.height, input.dataType,
                         input.nativeLevel, input.sourceCrs, input.resampling, input.noData);
   }
-  return text + describeImageryPlan(imagery) + "end\n";
+  text += describeImageryPlan(imagery);
+  if (!base.empty()) text += fmt::format("{}{}\n", kAppendWord.substr(1), base);
+  return text + "end\n";
+}
+
+/// The plan to work by where a dataset is added to. It is that of an earlier run of the same command, if that
+/// one had just put its dataset in place when it was killed: what stands there now is the result, and this
+/// run's inputs are its last ones already.
+std::string describeAppending(const Source& source, const ImageryPlan& imagery, const BuildOptions& options,
+                              const std::string& name) {
+  const AppendBase& base = *source.base();
+  std::string text = describePlan(source.plan(), imagery, options, name, base.manifestSha256);
+  const std::string committed = committedPlan(options.output);
+  const size_t word = committed.rfind(kAppendWord);
+  if (word == std::string::npos) return text;
+  const std::string hash = committed.substr(word + kAppendWord.size(), base.manifestSha256.size());
+  SourcePlan plan = source.plan();
+  const auto there = static_cast<ptrdiff_t>(base.dataset->manifest().inputs.size());
+  const auto added = static_cast<ptrdiff_t>(plan.inputs.size()) - there;
+  if (added > there) return text;
+  plan.inputs.erase(plan.inputs.begin() + there - added, plan.inputs.begin() + there);
+  std::string before = describePlan(plan, imagery, options, name, hash);
+  return before == committed ? before : text;
+}
+
+/// Errors: the dataset that is added to is no longer the one that was opened.
+Status checkBaseStands(const AppendBase& base) {
+  const auto hash = sha256OfFile(base.dataset->directory() + "/manifest.json");
+  if (hash.ok() && *hash == base.manifestSha256) return {};
+  return makeError("{}: was replaced while it was read; run the same command again",
+                   base.dataset->directory());
+}
+
+/// The options of the dataset that is added to, and those that are new.
+std::string joinOptions(const std::string& before, const std::string& added) {
+  if (before.empty() || added.empty()) return before + added;
+  return before.find(added) != std::string::npos ? before : before + " " + added;
 }
 
 /// What the build takes on the disk at most, about: for each sample its heights, raw and filled, and what is
@@ -235,6 +240,11 @@ Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const Imager
   manifest.inputs = plan.inputs;
   manifest.builtBy = "terrane " TERRANE_VERSION;
   manifest.buildOptions = options.optionsText;
+  if (const AppendBase* base = source.base(); base != nullptr) {
+    const Manifest& before = base->dataset->manifest();
+    if (manifest.attribution.empty()) manifest.attribution = before.attribution;
+    manifest.buildOptions = joinOptions(before.buildOptions, options.optionsText);
+  }
   ElevationScale& scale = manifest.scale;
 
   // Samples: raw from the finest level up, then filled from the root down.
@@ -275,7 +285,8 @@ Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const Imager
   // The archive, then the manifest that vouches for it.
   const std::vector<TileId> tiles = storedTiles(pyramid);
   const std::string archive = work.file(kArchiveName);
-  TERRANE_TRY(writeArchive(archive, pyramid, stores, scale, tiles, jobs, progress));
+  TileEncoder encoder(pyramid, stores, manifest, source.base(), workers.count());
+  TERRANE_ASSIGN(report.tilesCopied, writeArchive(archive, encoder, tiles, jobs, progress));
   std::error_code code;
   report.archiveBytes = static_cast<uint64_t>(std::filesystem::file_size(archive, code));
   if (code) return makeError("{}: {}", archive, code.message());
@@ -338,12 +349,16 @@ Result<BuildReport> buildDataset(const Source& source, const BuildOptions& optio
   TERRANE_ASSIGN(
       const std::shared_ptr<const ImageryPlan> imagery,
       planImagery(options.imagery, {plan.crsWkt, plan.frame, plan.extentCols, plan.extentRows}, progress));
-  TERRANE_ASSIGN(WorkFolder work, WorkFolder::open(options.output, options.overwrite,
-                                                   describePlan(plan, *imagery, options, name), progress));
+  const bool appends = source.base() != nullptr;
+  const std::string planText = appends ? describeAppending(source, *imagery, options, name)
+                                       : describePlan(plan, *imagery, options, name, "");
+  TERRANE_ASSIGN(WorkFolder work,
+                 WorkFolder::open(options.output, options.overwrite || appends, planText, progress));
   if (work.isCommitted()) {
     work.discard();
     return reportOf(options.output);
   }
+  if (appends) TERRANE_TRY(checkBaseStands(*source.base()));
   auto report = buildIn(work, source, *imagery, options, name, progress);
   if (!report.ok()) {
     if (!work.hasWork()) return report;

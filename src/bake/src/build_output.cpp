@@ -138,6 +138,15 @@ Status checkTarget(const std::string& target, bool overwrite) {
   return checkTarget(trimmed(target), overwrite, true);
 }
 
+std::string committedPlan(const std::string& rawTarget) {
+  const std::string target = trimmed(rawTarget);
+  if (!saysCommitted(target)) return {};
+  const std::string text = textOf(workPathOf(target) + "/plan");
+  const size_t plan = text.find('\n') + 1;
+  const size_t end = commitLine(textOf(target + "/manifest.json")).size();
+  return plan + end <= text.size() ? text.substr(plan, text.size() - end - plan) : std::string();
+}
+
 Status checkRoom(const WorkFolder& work, uint64_t bytes) {
   std::error_code code;
   const fs::space_info space = fs::space(work.path(), code);

@@ -63,6 +63,10 @@ class WorkFolder {
 /// May `target` be made, or replaced? Yes also where it stands because an earlier run had just made it.
 Status checkTarget(const std::string& target, bool overwrite);
 
+/// The plan of an earlier run that has put the dataset at `target` in its place, and ended before it had
+/// tidied up; else empty.
+std::string committedPlan(const std::string& target);
+
 /// Errors: the folder that shall hold `target` has fewer than `bytes` free, less what an earlier run has
 /// written there already.
 Status checkRoom(const WorkFolder& work, uint64_t bytes);

@@ -11,7 +11,7 @@
 
 #include "input_crs.h"
 #include "input_list.h"
-#include "source_plan.h"
+#include "raster_source.h"
 #include "terrane/dataset/hash.h"
 #include "warp.h"
 
@@ -19,7 +19,6 @@ namespace terrane {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-constexpr size_t kMaxInputs = 65535;         // ranks are 16 bits
 constexpr size_t kOpenInputsPerReader = 48;  // file handles and block caches are not endless
 
 // A rectangle of samples of one level; the end is one past the last.
@@ -221,6 +220,8 @@ Result<std::vector<InputRaster>> describeInputs(const std::vector<InputPath>& pa
   return kept;
 }
 
+}  // namespace
+
 Status hashInputs(PlacedSource& source, Progress& progress) {
   progress.beginStage("hashing inputs", static_cast<int64_t>(source.inputs.size()), "files");
   std::vector<std::string> errors(source.inputs.size());
@@ -241,9 +242,7 @@ Status hashInputs(PlacedSource& source, Progress& progress) {
   return {};
 }
 
-}  // namespace
-
-Result<std::unique_ptr<Source>> openSource(const SourceOptions& options, Progress& progress) {
+Result<std::vector<InputRaster>> describeRasters(const SourceOptions& options, Progress& progress) {
   TERRANE_ASSIGN(const std::vector<InputPath> paths, expandInputs(options.inputs));
   TERRANE_ASSIGN(std::vector<InputRaster> rasters, describeInputs(paths, options, progress));
   if (rasters.size() > kMaxInputs) {
@@ -269,10 +268,18 @@ Result<std::unique_ptr<Source>> openSource(const SourceOptions& options, Progres
           raster.path, raster.crs.GetName());
     }
   }
+  return rasters;
+}
 
+std::unique_ptr<Source> makeRasterSource(PlacedSource source) {
+  return std::make_unique<RasterSource>(std::move(source));
+}
+
+Result<std::unique_ptr<Source>> openSource(const SourceOptions& options, Progress& progress) {
+  TERRANE_ASSIGN(std::vector<InputRaster> rasters, describeRasters(options, progress));
   TERRANE_ASSIGN(PlacedSource source, placeInputs(std::move(rasters), options, progress));
   TERRANE_TRY(hashInputs(source, progress));
-  return std::unique_ptr<Source>(std::make_unique<RasterSource>(std::move(source)));
+  return makeRasterSource(std::move(source));
 }
 
 }  // namespace terrane

@@ -186,6 +186,62 @@ Status chooseHeights(PlacedSource& source, const SourceOptions& options) {
   return {};
 }
 
+// What the manifest will say of an input.
+InputRecord recordOf(const PlacedInput& input) {
+  const InputRaster& raster = input.raster;
+  return {.name = raster.name,
+          .bytes = raster.bytes,
+          .sha256 = {},
+          .width = raster.width,
+          .height = raster.height,
+          .dataType = GDALGetDataTypeName(raster.type),
+          .sourceCrs = crsWkt(raster.crs),
+          .warped = input.warped,
+          .resampling = input.warped ? "cubic" : "",
+          .nativeLevel = input.nativeLevel,
+          .noData = raster.voidText()};
+}
+
+// Sample by sample at a level's spacing; the raster may run against the lattice.
+PlacedInput placeFitting(InputRaster raster, int64_t col, int64_t row) {
+  PlacedInput placed;
+  placed.firstCol = col;
+  placed.firstRow = row;
+  placed.cols = raster.width;
+  placed.rows = raster.height;
+  placed.mirroredX = raster.geoTransform[1] < 0.0;
+  placed.mirroredY = raster.geoTransform[5] > 0.0;
+  placed.raster = std::move(raster);
+  return placed;
+}
+
+// Where an input's samples fall on a dataset's, or why they do not.
+Result<GridFit> fitDataset(const InputRaster& raster, const Manifest& base, const OGRSpatialReference& crs) {
+  if (!raster.hasGeoTransform || !sameCrs(raster.crs, crs))
+    return makeError("it is not in the dataset's CRS ({}) and would have to be warped", base.crsName);
+  TERRANE_ASSIGN(const Candidate candidate, makeCandidate(raster, crs, base.crsWkt));
+  if (!candidate.gridLike) return makeError("its grid is turned or not square and would have to be warped");
+  const Frame& frame = base.frame;
+  const SampleGrid grid{frame.spacingX, frame.spacingY, frame.originEasting, frame.originNorthing};
+  const auto same = [](double a, double b) { return std::abs(a / b - 1.0) <= kSpacingTolerance; };
+  if (!same(candidate.spacingX, frame.spacingX) || !same(candidate.spacingY, frame.spacingY)) {
+    return makeError("its samples are {:g} x {:g} apart, the dataset's {:g} x {:g}", candidate.spacingX,
+                     candidate.spacingY, frame.spacingX, frame.spacingY);
+  }
+  const auto fit = fitGrid(candidate, grid);
+  if (!fit) return makeError("its samples lie between the dataset's and would have to be warped");
+
+  // The world is as large as it is.
+  if (fit->col < 0 || fit->row < 0)
+    return makeError("it reaches beyond the dataset's {} edge", fit->row < 0 ? "northern" : "western");
+  const int64_t world = (int64_t{kTileCells} << frame.finestLevel) + 1;
+  if (fit->col + raster.width > world || fit->row + raster.height > world) {
+    return makeError("it reaches beyond the {} x {} samples that the dataset's {} levels have room for",
+                     world, world, frame.finestLevel + 1);
+  }
+  return *fit;
+}
+
 }  // namespace
 
 std::array<double, 6> PlacedSource::geoTransform(int level) const {
@@ -288,13 +344,10 @@ Result<PlacedSource> placeInputs(std::vector<InputRaster> inputs, const SourceOp
     const auto& candidate = candidates[i];
     PlacedInput placed;
     if (fits[i]) {
-      placed.coarser = fits[i]->coarser;
-      placed.firstCol = (fits[i]->col - originCol) >> placed.coarser;
-      placed.firstRow = (fits[i]->row - originRow) >> placed.coarser;
-      placed.cols = inputs[i].width;
-      placed.rows = inputs[i].height;
-      placed.mirroredX = inputs[i].geoTransform[1] < 0.0;
-      placed.mirroredY = inputs[i].geoTransform[5] > 0.0;
+      const int coarser = fits[i]->coarser;
+      placed = placeFitting(std::move(inputs[i]), (fits[i]->col - originCol) >> coarser,
+                            (fits[i]->row - originRow) >> coarser);
+      placed.coarser = coarser;
     } else {
       placed.warped = true;
       const double ratio = candidate.spacingX / std::min(grid.spacingX, grid.spacingY);
@@ -320,7 +373,7 @@ Result<PlacedSource> placeInputs(std::vector<InputRaster> inputs, const SourceOp
           std::max(plan.extentRows, ((placed.firstRow + placed.rows - 1) << placed.coarser) + 1);
     }
     deepest = std::max(deepest, placed.coarser);
-    placed.raster = std::move(inputs[i]);
+    if (!fits[i]) placed.raster = std::move(inputs[i]);
     source.inputs.push_back(std::move(placed));
   }
   if (plan.extentCols < 2 || plan.extentRows < 2) {
@@ -347,17 +400,46 @@ Result<PlacedSource> placeInputs(std::vector<InputRaster> inputs, const SourceOp
   for (const auto& input : source.inputs) {
     const InputRaster& raster = input.raster;
     if (plan.verticalDatum.empty()) plan.verticalDatum = raster.verticalDatum;
-    plan.inputs.push_back({.name = raster.name,
-                           .bytes = raster.bytes,
-                           .sha256 = {},
-                           .width = raster.width,
-                           .height = raster.height,
-                           .dataType = GDALGetDataTypeName(raster.type),
-                           .sourceCrs = crsWkt(raster.crs),
-                           .warped = input.warped,
-                           .resampling = input.warped ? "cubic" : "",
-                           .nativeLevel = input.nativeLevel,
-                           .noData = raster.voidText()});
+    plan.inputs.push_back(recordOf(input));
+  }
+  return source;
+}
+
+Result<PlacedSource> placeOnto(std::vector<InputRaster> inputs, const Manifest& base,
+                               const std::string& directory) {
+  PlacedSource source;
+  SourcePlan& plan = source.plan;
+  plan.crsWkt = base.crsWkt;
+  plan.crsName = base.crsName;
+  plan.frame = base.frame;
+  plan.extentCols = base.extentCols;
+  plan.extentRows = base.extentRows;
+  plan.heightStep = base.scale.heightStep;
+  plan.heightOffset = base.scale.heightOffset;
+  plan.verticalDatum = base.verticalDatum;
+  source.largestHeight = kLargestQuantum * plan.heightStep;
+  TERRANE_ASSIGN(const OGRSpatialReference crs, crsFromUser(base.crsWkt, directory + ": the dataset's CRS"));
+
+  for (InputRaster& raster : inputs) {
+    const auto refused = [&](const std::string& why) {
+      return makeError("{}: cannot be appended to {}: {}; build the dataset anew, from all of its inputs",
+                       raster.path, directory, why);
+    };
+    const auto fit = fitDataset(raster, base, crs);
+    if (!fit.ok()) return refused(fit.error().message);
+    if (!raster.integer) return refused("its values are not integers, which the dataset keeps exactly");
+    if (raster.heightScale != plan.heightStep || raster.heightOffset != plan.heightOffset) {
+      return refused(
+          fmt::format("its heights are steps of {:g} m from {:g} m, the dataset's of {:g} m from {:g} m",
+                      raster.heightScale, raster.heightOffset, plan.heightStep, plan.heightOffset));
+    }
+    PlacedInput placed = placeFitting(std::move(raster), fit->col, fit->row);
+    placed.nativeLevel = plan.frame.finestLevel;
+    plan.extentCols = std::max(plan.extentCols, placed.firstCol + placed.cols);
+    plan.extentRows = std::max(plan.extentRows, placed.firstRow + placed.rows);
+    if (plan.verticalDatum.empty()) plan.verticalDatum = placed.raster.verticalDatum;
+    plan.inputs.push_back(recordOf(placed));
+    source.inputs.push_back(std::move(placed));
   }
   return source;
 }

@@ -41,4 +41,10 @@ struct PlacedSource {
 Result<PlacedSource> placeInputs(std::vector<InputRaster> inputs, const SourceOptions& options,
                                  Progress& progress);
 
+/// Lays described inputs on the lattice of a dataset that is lossless, with all its samples on one level. The
+/// plan has the dataset's lattice, widened, and the records of these inputs only. `directory` names the
+/// dataset. Errors: what does not fall on it sample by sample.
+Result<PlacedSource> placeOnto(std::vector<InputRaster> inputs, const Manifest& base,
+                               const std::string& directory);
+
 }  // namespace terrane

@@ -33,6 +33,7 @@ struct StageReport {
 /// What a build did, for people and for --json.
 struct BuildReport {
   uint64_t tiles = 0;
+  uint64_t tilesCopied = 0;  ///< of these, taken from the dataset that was added to as they were
   uint64_t archiveBytes = 0;
   double samples = 0.0;  ///< samples with data, of all inputs on their native levels
   double bitsPerSample = 0.0;
@@ -51,6 +52,8 @@ Status checkOutput(const BuildOptions& options);
 /// the same archive, byte by byte, whatever the threads, the memory, and how often it was interrupted.
 /// Errors: the source's, the output's, a full disk, cancellation, another build of the same output. They say
 /// whether there is something to go on from; where no job was done, nothing is left behind.
+/// A source with a base() replaces that dataset, overwrite or not; options.output must be its directory. Its
+/// attribution and optionsText are kept where `options` has none, else joined.
 Result<BuildReport> buildDataset(const Source& source, const BuildOptions& options, Progress& progress);
 
 }  // namespace terrane

@@ -14,6 +14,8 @@
 
 namespace terrane {
 
+class Dataset;
+
 /// What the user said of the inputs. Strings are empty, options absent, where nothing was said.
 struct SourceOptions {
   std::vector<std::string> inputs;       ///< files, folders, globs, or @list files; later ones lie on top
@@ -50,6 +52,12 @@ class SourceReader {
   virtual Result<bool> readTile(TileId id, std::span<float> heights, std::span<uint16_t> ranks) = 0;
 };
 
+/// The dataset that a build adds to. It stays as it is until the new one takes its place.
+struct AppendBase {
+  std::shared_ptr<const Dataset> dataset;
+  std::string manifestSha256;  ///< of its manifest.json
+};
+
 /// The inputs of a build, laid on one lattice (mosaic, warp, units, nodata done).
 class Source {
  public:
@@ -61,9 +69,20 @@ class Source {
   virtual bool mayTouch(TileId id) const = 0;
   /// A reader for one thread; readers work side by side.
   virtual Result<std::unique_ptr<SourceReader>> openReader() const = 0;
+  /// The dataset under the rasters, null where there are only rasters. Its inputs come first in the plan.
+  virtual const AppendBase* base() const { return nullptr; }
 };
 
 /// Opens, checks and plans the inputs. Errors name the file and the remedy.
 Result<std::unique_ptr<Source>> openSource(const SourceOptions& options, Progress& progress);
+
+/// Opens the dataset `directory` and lays the inputs over it: a source like that of the rasters which it was
+/// built from, followed by these; it reads the dataset once, to check it. options.crs, lossless and
+/// maxErrorMeters must not be given. Errors: the dataset's, the inputs', and where the result could not be
+/// the same as that of a full build: a dataset with an error bound, of inputs of several levels, or with
+/// imagery; an input that does not fall on its samples, is no integers on its height step, or leaves its
+/// world.
+Result<std::unique_ptr<Source>> openAppendedSource(const SourceOptions& options, const std::string& directory,
+                                                   Progress& progress);
 
 }  // namespace terrane
