@@ -51,9 +51,10 @@ void chooseCodeUnits(const HeightRange& range, double maxErrorMeters, int finest
   const double low = range.low - maxErrorMeters - slack;
   const double high = range.high + maxErrorMeters + slack;
   // At most 2047 of the 65535 codes, and none finer than the heights' own step: a height range need not be
-  // finer, and its lowest bits would cost bytes. They begin up to 4096 codes lower.
+  // finer, and its lowest bits would cost bytes. They begin up to 64 codes lower: where ranges appear out of
+  // void, it is their codes that cost bits.
   scale.rangeUnit = doubledUpTo((high - low) / 2047.0, scale.heightStep);
-  const double stride = 4096.0 * scale.rangeUnit;
+  const double stride = 64.0 * scale.rangeUnit;
   scale.rangeBase = scale.heightOffset + std::floor((low - scale.heightOffset) / stride) * stride;
 }
 
