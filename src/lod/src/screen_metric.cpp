@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <vector>
 
 namespace terrane {
 
@@ -12,6 +13,49 @@ namespace {
 /// A direction of local space as a linear form over lattice x and y (y points south there).
 glm::dvec2 overCells(glm::dvec3 direction, glm::dvec2 cellMeters) {
   return {direction.x * cellMeters.x, -direction.y * cellMeters.y};
+}
+
+using Polygon = std::vector<glm::dvec2>;
+
+double cross(glm::dvec2 a, glm::dvec2 b) {
+  return a.x * b.y - a.y * b.x;
+}
+
+/// Counter-clockwise, without collinear points (Andrew 1979).
+Polygon convexHull(Polygon points) {
+  if (points.size() < 3) return {};
+  std::sort(points.begin(), points.end(),
+            [](glm::dvec2 a, glm::dvec2 b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
+  Polygon hull;
+  for (const bool upper : {false, true}) {
+    const size_t first = hull.size();
+    for (const glm::dvec2 p : points) {
+      while (hull.size() >= first + 2 && cross(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0.0)
+        hull.pop_back();
+      hull.push_back(p);
+    }
+    hull.pop_back();
+    if (!upper) std::reverse(points.begin(), points.end());
+  }
+  return hull;
+}
+
+/// The part of a convex polygon with sign * p[axis] <= most.
+Polygon clipped(const Polygon& polygon, int axis, double sign, double most) {
+  Polygon out;
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const glm::dvec2 p = polygon[i], q = polygon[(i + 1) % polygon.size()];
+    const double a = most - sign * p[axis], b = most - sign * q[axis];
+    if (a >= 0.0) out.push_back(p);
+    if ((a >= 0.0) != (b >= 0.0)) out.push_back(p + (q - p) * (a / (a - b)));
+  }
+  return out;
+}
+
+double area(const Polygon& polygon) {
+  double twice = 0.0;
+  for (size_t i = 0; i < polygon.size(); ++i) twice += cross(polygon[i], polygon[(i + 1) % polygon.size()]);
+  return 0.5 * twice;
 }
 
 }  // namespace
@@ -63,33 +107,56 @@ double ScreenMetric::visibleDepth(const Prism& prism, double nearestDepth) const
   return std::max({nearestDepth, distance(prism) * cornerCosine_, 0.0});
 }
 
+void ScreenMetric::findVisiblePoints(const Prism& prism, VisiblePoints& out) const {
+  constexpr size_t kCorners = 8;
+  const double a = prism.octagon.extent, b = prism.octagon.inner();
+  const std::array<glm::dvec2, kCorners> corners = {
+      {{a, b}, {b, a}, {-b, a}, {-a, b}, {-a, -b}, {-b, -a}, {b, -a}, {a, -b}}};
+  std::array<std::array<glm::dvec3, kCorners>, 2> view;  // the lower and the upper ring
+  for (size_t i = 0; i < kCorners; ++i) {
+    const glm::dvec2 cell = prism.center + corners[i];
+    for (size_t ring = 0; ring < 2; ++ring)
+      view[ring][i] = camera_.viewFromLocal(
+          {cell.x * cellMeters_.x, -cell.y * cellMeters_.y, ring == 0 ? prism.low : prism.high});
+  }
+
+  // The corners in front of the near plane, and where edges pass through it: as the prism moves through the
+  // plane, they move, they do not jump.
+  const auto add = [&](const glm::dvec3& p) {
+    out.tangents[static_cast<size_t>(out.count++)] = {p.x / p.z, p.y / p.z};
+  };
+  const auto cross = [&](const glm::dvec3& p, const glm::dvec3& q) {
+    if ((p.z >= nearMeters_) == (q.z >= nearMeters_)) return;
+    const double t = (nearMeters_ - p.z) / (q.z - p.z);
+    add({p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), nearMeters_});
+  };
+  for (size_t i = 0; i < kCorners; ++i) {
+    for (size_t ring = 0; ring < 2; ++ring) {
+      if (view[ring][i].z >= nearMeters_) add(view[ring][i]);
+      cross(view[ring][i], view[ring][(i + 1) % kCorners]);
+    }
+    cross(view[0][i], view[1][i]);
+  }
+}
+
 double ScreenMetric::errorPixels(const Prism& prism, double errorMeters) const {
   if (errorMeters <= 0.0) return 0.0;
   const Extent depth = depthExtent(prism);
   if (depth.farthestDepth < 0.0) return 0.0;
 
-  // The part of the window that the prism can be seen in: all of it where the prism reaches the camera.
-  glm::dvec2 low = -window_, high = window_;
-  if (depth.nearestDepth > nearMeters_) {
-    const double inf = std::numeric_limits<double>::infinity();
-    glm::dvec2 seenLow{inf}, seenHigh{-inf};
-    const double a = prism.octagon.extent, b = prism.octagon.inner();
-    const std::array<glm::dvec2, 8> corners = {
-        {{a, b}, {a, -b}, {-a, b}, {-a, -b}, {b, a}, {b, -a}, {-b, a}, {-b, -a}}};
-    for (const glm::dvec2& corner : corners) {
-      const glm::dvec2 cell = prism.center + corner;
-      for (const double height : {prism.low, prism.high}) {
-        const glm::dvec3 view =
-            camera_.viewFromLocal({cell.x * cellMeters_.x, -cell.y * cellMeters_.y, height});
-        const glm::dvec2 tangent{view.x / view.z, view.y / view.z};
-        seenLow = {std::min(seenLow.x, tangent.x), std::min(seenLow.y, tangent.y)};
-        seenHigh = {std::max(seenHigh.x, tangent.x), std::max(seenHigh.y, tangent.y)};
-      }
-    }
-    low = {std::max(low.x, seenLow.x), std::max(low.y, seenLow.y)};
-    high = {std::min(high.x, seenHigh.x), std::min(high.y, seenHigh.y)};
-    if (low.x > high.x || low.y > high.y) return 0.0;
+  // The part of the window that the prism can be seen in.
+  VisiblePoints points;
+  findVisiblePoints(prism, points);
+  const double inf = std::numeric_limits<double>::infinity();
+  glm::dvec2 low{inf}, high{-inf};
+  for (int i = 0; i < points.count; ++i) {
+    const glm::dvec2& tangent = points.tangents[static_cast<size_t>(i)];
+    low = {std::min(low.x, tangent.x), std::min(low.y, tangent.y)};
+    high = {std::max(high.x, tangent.x), std::max(high.y, tangent.y)};
   }
+  low = {std::max(low.x, -window_.x), std::max(low.y, -window_.y)};
+  high = {std::min(high.x, window_.x), std::min(high.y, window_.y)};
+  if (low.x > high.x || low.y > high.y) return 0.0;
 
   // A vertical step e moves a point by e * |up_xy - tangent * up_z| / depth: convex over the window, so its
   // largest value stands at a corner of the visible part.
@@ -99,6 +166,16 @@ double ScreenMetric::errorPixels(const Prism& prism, double errorMeters) const {
     for (const double y : {low.y, high.y})
       steepest = std::max(steepest, std::hypot(up.x - x * up.z, up.y - y * up.z));
   return pixelsPerTangent_ * steepest * errorMeters / visibleDepth(prism, depth.nearestDepth);
+}
+
+double ScreenMetric::areaPixels(const Prism& prism) const {
+  VisiblePoints points;
+  findVisiblePoints(prism, points);
+  Polygon hull = convexHull({points.tangents.begin(), points.tangents.begin() + points.count});
+  const glm::dvec2 window{camera_.tanHalfX(), camera_.tanHalfY()};
+  for (const int axis : {0, 1})
+    for (const double sign : {1.0, -1.0}) hull = clipped(hull, axis, sign, window[axis]);
+  return area(hull) * pixelsPerTangent_ * pixelsPerTangent_;
 }
 
 double ScreenMetric::lengthPixels(const Prism& prism, double lengthMeters) const {

@@ -6,10 +6,12 @@
 #include <unordered_map>
 #include <vector>
 
+#include "morph_ramps.h"
 #include "terrane/base/check.h"
 #include "terrane/lod/octagon.h"
 #include "terrane/lod/screen_metric.h"
 #include "terrane/tiling/node_layout.h"
+#include "wish_list.h"
 
 namespace terrane {
 
@@ -17,8 +19,12 @@ namespace {
 
 /// More pixels than this a texel of the finest shading tile that a patch can have may not cover.
 constexpr double kShadingTexelPixels = 1.5;
-/// A tile that only shading waits for is worth this much of one that geometry waits for.
-constexpr double kShadingWishWeight = 0.25;
+/// A diamond's error is larger than its children's by at least this factor: one step of error codes (strict
+/// saturation).
+constexpr double kSaturation = 1.0905077326652577;
+/// Half way through its morph a patch is worse than at either end of it, by this factor: of two errors e and
+/// e / s, mixed as the metric asks while it falls from e = s tau' to e = tau'.
+constexpr double kMixedError = (kSaturation + 1.0) * (kSaturation + 1.0) / (4.0 * kSaturation);
 
 /// The centre of the diamond two levels up whose triangles hold both of the given one's.
 void climbTwoLevels(int level, int& x, int& y) {
@@ -53,7 +59,7 @@ Diamond storedDiamond(const PatchGrid& grid, Diamond d) {
 class Selector {
  public:
   Selector(const PatchSelection& selection, const Frame& frame, const ElevationScale& scale,
-           const Camera& camera, const ResidentTiles& tiles)
+           const Camera& camera, const ResidentTiles& tiles, MorphHistory* history, double elapsedSeconds)
       : selection_(selection),
         scale_(scale),
         tiles_(tiles),
@@ -67,20 +73,26 @@ class Selector {
                     frame.spacingYMeters() / std::ldexp(1.0, drawnLevel_ - finestLevel_)),
         metric_(camera, cellMeters_, selection.tolerancePixels, selection.nearMeters),
         pixelsPerTangent_(camera.pixelsPerTangent()),
-        worldDistance_(std::max(1.0, cellMeters_.x * lattice_.side())) {}
+        worldDistance_(std::max(1.0, cellMeters_.x * lattice_.side())),
+        pictureDiagonal_(std::hypot(camera.width, camera.height)),
+        pictureArea_(static_cast<double>(camera.width) * camera.height),
+        morphs_(selection.morph && selection.metric == SplitMetric::Full),
+        splitPixels_(morphs_ ? selection.tolerancePixels / kMixedError : selection.tolerancePixels),
+        ramps_(morphs_ ? history : nullptr, drawnLevel_, selection.grid.k, elapsedSeconds) {}
 
   Cut run() {
     cut_.latticeDepth = lattice_.depth();
     cut_.grid = selection_.grid;
     if (tiles_.find(TileId{}) == nullptr) {
-      cut_.wishes.push_back({TileId{}, std::numeric_limits<float>::infinity()});
-      return std::move(cut_);
+      wishes_.forGeometry(TileId{}, {std::numeric_limits<double>::infinity(), 0.0, pictureArea_});
+    } else {
+      // Level by level: a diamond is looked at when every parent that it has in the world has split.
+      std::vector<Piece> pieces;
+      for (const Triangle& t : lattice_.rootTriangles()) pieces.push_back({t, -1});
+      while (!pieces.empty()) pieces = splitOneLevel(pieces);
     }
-    // Level by level: a diamond is looked at when every parent that it has in the world has split.
-    const auto roots = lattice_.rootTriangles();
-    std::vector<Triangle> triangles(roots.begin(), roots.end());
-    while (!triangles.empty()) triangles = splitOneLevel(triangles);
-    finishWishes();
+    cut_.wishes = wishes_.sorted(pictureDiagonal_);
+    cut_.ramping = ramps_.finish();
     return std::move(cut_);
   }
 
@@ -113,6 +125,18 @@ class Selector {
     }
     return info_.emplace(id, found).first->second;
   }
+
+  /// A triangle, and the split that made it.
+  struct Piece {
+    Triangle triangle;
+    int split;  ///< of splits_; -1 for the two that nothing made
+  };
+  struct Split {
+    float morph = 1.0F;  ///< of the triangles that it made
+    MorphRamps::Progress ramp;
+    double errorMeters = 0.0;  ///< of the diamond before it
+    double errorPixels = 0.0;
+  };
 
   /// A diamond's codes, from the tiles of its triangles; on a tile border these are two, and both count.
   struct NodeCode {
@@ -160,10 +184,14 @@ class Selector {
 
   struct Judgement {
     bool visible = false;
-    bool ground = false;     ///< some of what lies on and below it is not void
-    double errorPixels = 0;  ///< of its patches as they are
+    bool ground = false;       ///< some of what lies on and below it is not void
+    double errorMeters = 0.0;  ///< of its patches as they are
+    double errorPixels = 0.0;
     bool wantsSplit = false;
-    double urgency = 0;  ///< for the wish list
+    double excess = 0.0;   ///< how many times too coarse it is; splits above 1
+    double morph = 1.0;    ///< of the patches that a split makes, as far as the camera asks for them
+    double urgency = 0.0;  ///< for the wish list
+    Prism own;             ///< over the diamond's own triangles
   };
 
   Judgement judge(const Diamond& d) {
@@ -171,28 +199,33 @@ class Selector {
     Judgement out;
     out.ground = code.low <= code.high;
     if (!out.ground) return out;
-    const double error = scale_.errorFromCode(code.error) * selection_.exaggeration;
+    out.errorMeters = scale_.errorFromCode(code.error) * selection_.exaggeration;
     Prism prism;
     prism.center = {d.x, d.y};
     prism.octagon = octagons_.nested(d.level);
-    prism.low = scale_.heightFromRangeCode(code.low) * selection_.exaggeration - error;
-    prism.high = scale_.heightFromRangeCode(code.high) * selection_.exaggeration + error;
+    prism.low = scale_.heightFromRangeCode(code.low) * selection_.exaggeration - out.errorMeters;
+    prism.high = scale_.heightFromRangeCode(code.high) * selection_.exaggeration + out.errorMeters;
+    out.own = prism;
+    out.own.octagon = octagons_.own(d.level);
     out.visible = !selection_.cull || metric_.visible(prism);
     if (!out.visible) return out;
-    out.errorPixels = metric_.errorPixels(prism, error);
+    out.errorPixels = metric_.errorPixels(prism, out.errorMeters);
     const double tau = selection_.tolerancePixels;
-    // Code 255 says "beyond what codes can tell": always worth a split.
     switch (selection_.metric) {
-      case SplitMetric::Full:
-        out.wantsSplit = out.errorPixels > tau || (code.error == 255 && out.errorPixels > 0.0);
-        out.urgency = out.errorPixels;
-        // A patch so large on screen that even its finest shading tile shows single texels: split it too.
-        if (!out.wantsSplit && d.level / 2 < finestLevel_) {
-          const double texel = metric_.lengthPixels(prism, tileSpacing(d.level / 2));
-          out.wantsSplit = texel > kShadingTexelPixels;
-          out.urgency = kShadingWishWeight * texel;
-        }
+      case SplitMetric::Full: {
+        const double byError = out.errorPixels / splitPixels_;
+        const double texel = texelPixels(d.level, prism);
+        const double byTexel = texel / kShadingTexelPixels;
+        // Code 255 says "beyond what codes can tell": always worth a split.
+        const bool beyondCodes = code.error == 255 && out.errorPixels > 0.0;
+        out.excess = std::max(byError, byTexel);
+        out.wantsSplit = out.excess > 1.0 || beyondCodes;
+        out.urgency = byError > 1.0 || beyondCodes ? out.errorPixels : kShadingWishWeight * texel;
+        // A child's excess is smaller by the saturation at least: this has reached 1 before a child splits.
+        if (morphs_ && !beyondCodes)
+          out.morph = std::clamp((out.excess - 1.0) / (kSaturation - 1.0), 0.0, 1.0);
         break;
+      }
       case SplitMetric::DistanceOnly:
         out.urgency = metric_.lengthPixels(prism, cellMeters_.x * octagons_.own(d.level).extent /
                                                       selection_.grid.cellsPerSide()) /
@@ -200,98 +233,163 @@ class Selector {
         out.wantsSplit = out.urgency > tau;
         break;
       case SplitMetric::ErrorOnly:
-        out.urgency = pixelsPerTangent_ * error / worldDistance_;
+        out.urgency = pixelsPerTangent_ * out.errorMeters / worldDistance_;
         out.wantsSplit = out.urgency > tau;
         break;
     }
     return out;
   }
 
+  /// How large the texels of the finest shading tile that the diamond's patches can have look: a patch so
+  /// large on screen that even these show must split too. Two levels of patches have the same one; with
+  /// morphing the first of them counts for a little more, so that this, too, is strictly saturated.
+  double texelPixels(int level, const Prism& prism) const {
+    if (level / 2 >= finestLevel_) return 0.0;
+    const double texel = metric_.lengthPixels(prism, tileSpacing(level / 2));
+    return morphs_ && level % 2 == 0 ? kSaturation * texel : texel;
+  }
+
   double tileSpacing(int tileLevel) const {
     return std::max(cellMeters_.x, cellMeters_.y) * std::ldexp(1.0, lattice_.depth() - tileLevel);
   }
 
-  /// May the diamond split: is every tile that its children need here? Wishes for those that are not.
-  bool childrenResident(const Diamond& d, double urgency) {
+  /// Are the tiles here that a diamond's children read? Wishes for those that are missing.
+  Residency childTiles(const Diamond& d, const Judgement& judged) {
     const int childTileLevel = selection_.grid.tileLevel(d.level + 1);
-    if (childTileLevel == selection_.grid.tileLevel(d.level)) return true;
-    bool resident = true;
+    if (childTileLevel == selection_.grid.tileLevel(d.level)) return Residency::Resident;
+    Residency least = Residency::Resident;
+    TileId wished;
     for (const Triangle& t : lattice_.trianglesAfterSplit(d)) {
       const TileId id = lattice_.tileOf(t, childTileLevel);
       const Residency residency = info(id).residency;
       if (residency == Residency::Missing) {
-        wish(id, urgency);
-        resident = false;
-      } else if (residency == Residency::Implied && selection_.metric != SplitMetric::DistanceOnly) {
+        if (id != wished) wish(id, judged);
+        wished = id;
+        least = Residency::Missing;
+      } else if (residency == Residency::Implied && least == Residency::Resident &&
+                 selection_.metric != SplitMetric::DistanceOnly) {
         // Nothing significant below: a split would show nothing new.
-        resident = false;
+        least = Residency::Implied;
       }
     }
-    return resident;
+    return least;
   }
 
-  void wish(TileId id, double urgency) {
-    float& value = wishes_[id];
-    value = std::max(value, static_cast<float>(urgency));
+  void wish(TileId id, const Judgement& judged) {
+    // What is left: what the parent knows of the tile, at most what saturation leaves; or half.
+    double left = 0.5;
+    const TileInfo& parent = info(id.parent());
+    if (judged.excess > 0.0 && selection_.grid.k <= kNodeGrid.k && parent.residency == Residency::Resident &&
+        judged.errorMeters > 0.0) {
+      const ChildSummary& child = parent.tile->children[static_cast<size_t>(id.quadrant())];
+      left = std::min(scale_.errorFromCode(child.error) * selection_.exaggeration / judged.errorMeters,
+                      1.0 / kSaturation);
+    }
+    wishes_.forGeometry(
+        id, {judged.urgency, std::min(judged.urgency, pictureDiagonal_) * left, approximateArea(judged.own)});
+  }
+
+  /// About as much of the picture as shows the ground of a prism. The ground never fills the prism from its
+  /// lowest to its highest: the middle half stands for it.
+  double approximateArea(Prism prism) const {
+    const double quarter = 0.25 * (prism.high - prism.low);
+    prism.low += quarter;
+    prism.high -= quarter;
+    return metric_.areaPixels(prism);
+  }
+
+  /// How far the splits that made a diamond's triangles have faded in.
+  MorphRamps::Progress parentsRamp(const Piece* begin, const Piece* end) const {
+    MorphRamps::Progress out;
+    for (const Piece* piece = begin; piece != end; ++piece)
+      if (piece->split >= 0)
+        out = MorphRamps::Progress::both(out, splits_[static_cast<size_t>(piece->split)].ramp);
+    return out;
+  }
+
+  /// May a diamond that wants to split do so: are its children's tiles here, and its parents there in full?
+  bool maySplit(const Diamond& d, const Judgement& judged, const MorphRamps::Progress& parents) {
+    const Residency residency = childTiles(d, judged);
+    if (residency == Residency::Missing) ramps_.holdBack(d);
+    return residency == Residency::Resident && parents.done();
   }
 
   /// Splits the diamonds of one level that want and may; draws the triangles of the others. Returns the
   /// triangles one level deeper.
-  std::vector<Triangle> splitOneLevel(std::vector<Triangle>& triangles) {
-    std::sort(triangles.begin(), triangles.end(),
-              [](const Triangle& a, const Triangle& b) { return a.diamond < b.diamond; });
-    std::vector<Triangle> next;
-    for (size_t i = 0; i < triangles.size();) {
-      const Diamond d = triangles[i].diamond;
+  std::vector<Piece> splitOneLevel(std::vector<Piece>& pieces) {
+    std::sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) {
+      return a.triangle.diamond != b.triangle.diamond ? a.triangle.diamond < b.triangle.diamond
+                                                      : a.triangle.apex < b.triangle.apex;
+    });
+    std::vector<Piece> next;
+    for (size_t i = 0; i < pieces.size();) {
+      const Diamond d = pieces[i].triangle.diamond;
       size_t end = i;
-      while (end < triangles.size() && triangles[end].diamond == d) ++end;
+      while (end < pieces.size() && pieces[end].triangle.diamond == d) ++end;
       // Both triangles of the diamond exist exactly when both parents have split.
       const bool complete = static_cast<int>(end - i) == lattice_.apexes(d).count;
       const Judgement judged = judge(d);
-      if (complete && judged.wantsSplit && d.level < deepest_ && childrenResident(d, judged.urgency)) {
-        for (const Triangle& t : lattice_.trianglesAfterSplit(d)) next.push_back(t);
+      const MorphRamps::Progress parents = parentsRamp(&pieces[i], pieces.data() + end);
+      if (complete && judged.wantsSplit && d.level < deepest_ && maySplit(d, judged, parents)) {
+        split(d, judged, parents, next);
       } else if (judged.ground && judged.visible) {
-        for (; i < end; ++i) draw(triangles[i], judged);
+        for (size_t piece = i; piece < end; ++piece) draw(pieces[piece], judged);
       }
       i = end;
     }
     return next;
   }
 
-  void draw(const Triangle& t, const Judgement& judged) {
+  void split(const Diamond& d, const Judgement& judged, const MorphRamps::Progress& parents,
+             std::vector<Piece>& next) {
+    Split made;
+    made.ramp = ramps_.advance(d, parents, judged.excess);
+    made.morph = static_cast<float>(std::min(judged.morph, made.ramp.share));
+    made.errorMeters = judged.errorMeters;
+    made.errorPixels = judged.errorPixels;
+    const auto index = static_cast<int>(splits_.size());
+    splits_.push_back(made);
+    for (const Triangle& t : lattice_.trianglesAfterSplit(d)) next.push_back({t, index});
+  }
+
+  void draw(const Piece& piece, const Judgement& judged) {
+    if (selection_.cull && !metric_.visible(judged.own)) return;
+    const Triangle& t = piece.triangle;
     Patch patch;
     patch.triangle = t;
     patch.errorPixels = static_cast<float>(judged.errorPixels);
+    if (piece.split >= 0) {
+      const Split& made = splits_[static_cast<size_t>(piece.split)];
+      patch.morph = made.morph;
+      if (made.morph < 1.0F) patch.errorPixels = static_cast<float>(mixedError(made, judged.errorMeters));
+    }
     patch.tile = lattice_.tileOf(t, selection_.grid.tileLevel(t.diamond.level));
 
     // The shading tile: as deep as one texel a pixel asks for, a tile can hold the patch, and tiles are here.
-    const NodeCode code = codeOf(t.diamond);
-    Prism prism;
-    prism.center = {t.diamond.x, t.diamond.y};
-    prism.octagon = octagons_.own(t.diamond.level);
-    const double error = scale_.errorFromCode(code.error) * selection_.exaggeration;
-    prism.low = scale_.heightFromRangeCode(code.low) * selection_.exaggeration - error;
-    prism.high = scale_.heightFromRangeCode(code.high) * selection_.exaggeration + error;
-    if (selection_.cull && !metric_.visible(prism)) return;
     patch.shadingTile = patch.tile;
     const int deepest = std::min(t.diamond.level / 2, finestLevel_);
     for (int level = patch.tile.level; level < deepest; ++level) {
-      const double texel = metric_.lengthPixels(prism, tileSpacing(level));
+      const double texel = metric_.lengthPixels(judged.own, tileSpacing(level));
       if (texel <= 1.0) break;
       const TileId finer = lattice_.tileOf(t, level + 1);
       const Residency residency = info(finer).residency;
-      if (residency == Residency::Missing) wish(finer, kShadingWishWeight * texel);
+      if (residency == Residency::Missing) {
+        const double urgency = kShadingWishWeight * texel;
+        wishes_.forShading(
+            finer, {urgency, 0.5 * std::min(urgency, pictureDiagonal_), 0.5 * approximateArea(judged.own)});
+      }
       if (residency != Residency::Resident) break;
       patch.shadingTile = finer;
     }
     cut_.patches.push_back(patch);
   }
 
-  void finishWishes() {
-    for (const auto& [id, urgency] : wishes_) cut_.wishes.push_back({id, urgency});
-    std::sort(cut_.wishes.begin(), cut_.wishes.end(), [](const TileWish& a, const TileWish& b) {
-      return a.errorPixels != b.errorPixels ? a.errorPixels > b.errorPixels : a.tile < b.tile;
-    });
+  /// A bound for a patch that is still part its parent: both errors as they look over the parent's prism, in
+  /// which both surfaces lie.
+  static double mixedError(const Split& parent, double errorMeters) {
+    if (parent.errorMeters <= 0.0) return 0.0;
+    const auto morph = static_cast<double>(parent.morph);
+    return parent.errorPixels * (1.0 - morph + morph * errorMeters / parent.errorMeters);
   }
 
   const PatchSelection& selection_;
@@ -306,8 +404,14 @@ class Selector {
   ScreenMetric metric_;
   double pixelsPerTangent_;
   double worldDistance_;
+  double pictureDiagonal_;
+  double pictureArea_;
+  bool morphs_;
+  double splitPixels_;  ///< larger errors on screen split
+  MorphRamps ramps_;
   std::unordered_map<TileId, TileInfo, TileIdHash> info_;
-  std::unordered_map<TileId, float, TileIdHash> wishes_;
+  std::vector<Split> splits_;
+  WishList wishes_;
   Cut cut_;
 };
 
@@ -323,11 +427,12 @@ uint8_t nodeErrorCode(const PatchGrid& grid, const TileNodes& nodes, bool isRoot
 }
 
 Cut selectPatches(const PatchSelection& selection, const Frame& frame, const ElevationScale& scale,
-                  const Camera& camera, const ResidentTiles& tiles) {
+                  const Camera& camera, const ResidentTiles& tiles, MorphHistory* history,
+                  double elapsedSeconds) {
   TERRANE_CHECK(selection.grid.k >= PatchGrid::kSmallest && selection.grid.k <= PatchGrid::kLargest, "k {}",
                 selection.grid.k);
   TERRANE_CHECK(selection.tolerancePixels > 0.0, "tau {}", selection.tolerancePixels);
-  return Selector(selection, frame, scale, camera, tiles).run();
+  return Selector(selection, frame, scale, camera, tiles, history, elapsedSeconds).run();
 }
 
 }  // namespace terrane

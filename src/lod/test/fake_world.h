@@ -115,9 +115,18 @@ struct FakeWorld {
         tile.nodes.low[at] = code.low;
         tile.nodes.high[at] = code.high;
       }
-      for (auto& child : tile.children)
-        child = {id.level < finest ? ChildState::Present : ChildState::Interpolated, 0, 1500, 6000};
       tiles.emplace(id, std::move(tile));
+    }
+    for (auto& [id, tile] : tiles) {
+      for (int quadrant = 0; quadrant < 4; ++quadrant) {
+        ChildSummary& child = tile.children[static_cast<size_t>(quadrant)];
+        child = {ChildState::Interpolated, 0, 1500, 6000};
+        if (id.level == finest) continue;
+        const TileNodes& nodes = tiles.at(id.child(quadrant)).nodes;
+        child = {ChildState::Present, *std::max_element(nodes.error.begin(), nodes.error.end()),
+                 *std::min_element(nodes.low.begin(), nodes.low.end()),
+                 *std::max_element(nodes.high.begin(), nodes.high.end())};
+      }
     }
   }
 };

@@ -109,6 +109,46 @@ TEST(ScreenMetric, ShrinksWithThePrismAndTheError) {
   }
 }
 
+TEST(ScreenMetric, CountsThePixelsOfAPrism) {
+  int seen = 0;
+  for (uint32_t seed = 0; seed < 300; ++seed) {
+    Scene scene(20000 + seed);
+    const Camera camera = scene.camera();
+    const Prism prism = scene.prism();
+    const ScreenMetric metric(camera, kCell, 1.0, 0.1);
+    // Rays through every eighth pixel against the prism as an intersection of half-spaces.
+    int hits = 0;
+    for (int y = 4; y < camera.height; y += 8) {
+      for (int x = 4; x < camera.width; x += 8) {
+        const glm::dvec3 ray = camera.rayThroughPixel({x + 0.5, y + 0.5});
+        double from = 0.1, to = 1e9;
+        const auto clip = [&](double atEye, double slope) {  // inside where atEye + t * slope <= 0
+          if (slope > 0) to = std::min(to, -atEye / slope);
+          if (slope < 0) from = std::max(from, -atEye / slope);
+          if (slope == 0 && atEye > 0) to = -1;
+        };
+        clip(camera.eyeLocal.z - prism.high, ray.z);
+        clip(prism.low - camera.eyeLocal.z, -ray.z);
+        const glm::dvec2 p{camera.eyeLocal.x / kCell.x - prism.center.x,
+                           -camera.eyeLocal.y / kCell.y - prism.center.y};
+        const glm::dvec2 v{ray.x / kCell.x, -ray.y / kCell.y};
+        for (const double sx : {-1.0, 1.0}) {
+          clip(sx * p.x - prism.octagon.extent, sx * v.x);
+          clip(sx * p.y - prism.octagon.extent, sx * v.y);
+          for (const double sy : {-1.0, 1.0})
+            clip(sx * p.x + sy * p.y - prism.octagon.sum, sx * v.x + sy * v.y);
+        }
+        if (from <= to) ++hits;
+      }
+    }
+    if (hits > 0) ++seen;
+    const double area = metric.areaPixels(prism);
+    // Off by the sampling along the outline.
+    EXPECT_NEAR(area, hits * 64.0, 64.0 + 12.0 * std::sqrt(area) + 0.02 * area) << "seed " << seed;
+  }
+  EXPECT_GT(seen, 50);
+}
+
 TEST(ScreenMetric, IsInfiniteAroundTheCamera) {
   const Camera camera = lookAt({0, 0, 50}, {0, 100, 50}, 1.0, 640, 360);
   const ScreenMetric metric(camera, kCell, 1.0, 0.1);

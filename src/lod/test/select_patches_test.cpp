@@ -84,6 +84,10 @@ TEST(SelectPatches, ConformsWhateverIsResident) {
       for (const TileWish& w : cut.wishes) {
         EXPECT_EQ(residents.find(w.tile), nullptr);
         EXPECT_NE(residents.find(w.tile.parent()), nullptr);
+        EXPECT_TRUE(std::isfinite(w.errorPixels));
+        EXPECT_LT(w.errorAfterPixels, w.errorPixels);
+        EXPECT_GE(w.errorAfterPixels, 0.0F);
+        EXPECT_GE(w.areaPixels, 1.0F);
       }
     }
   }
@@ -120,6 +124,9 @@ uint8_t errorCodeOf(const FakeWorld& world, const PatchGrid& grid, const Diamond
   return code;
 }
 
+/// One step of error codes: how much larger a diamond's error is than its children's, at least.
+const double kSaturation = std::exp2(0.125);
+
 /// The finest conforming cut by brute force: all diamonds that want to split and whose tiles are resident,
 /// then take away those with a parent that does not split, until nothing changes.
 std::set<Diamond> greatestCut(const FakeWorld& world, const FakeResidents& residents,
@@ -143,9 +150,13 @@ std::set<Diamond> greatestCut(const FakeWorld& world, const FakeResidents& resid
                         octagons.nested(n),
                         world.scale.heightFromRangeCode(code.low) - error,
                         world.scale.heightFromRangeCode(code.high) + error};
-      bool wants = metric.errorPixels(prism, error) > selection.tolerancePixels;
+      const double mixed =
+          selection.morph ? (kSaturation + 1.0) * (kSaturation + 1.0) / (4.0 * kSaturation) : 1.0;
+      bool wants = metric.errorPixels(prism, error) * mixed > selection.tolerancePixels;
       const double spacing = world.frame.spacingYMeters() * std::ldexp(1.0, world.finestLevel - n / 2);
-      if (n / 2 < world.finestLevel) wants = wants || metric.lengthPixels(prism, spacing) > 1.5;
+      const double texel =
+          metric.lengthPixels(prism, spacing) * (selection.morph && n % 2 == 0 ? kSaturation : 1.0);
+      if (n / 2 < world.finestLevel) wants = wants || texel > 1.5;
       if (wants && known) splits.insert(d);
       for (const Diamond& c : lattice.children(d)) next.insert(c);
     }
@@ -176,6 +187,7 @@ TEST(SelectPatches, IsTheFinestCutThatTheResidentTilesAllow) {
       PatchSelection selection;
       selection.grid.k = k;
       selection.cull = false;
+      selection.morph = seed % 3 != 0;
       selection.tolerancePixels = 2.0;
       const Camera camera = randomCamera(random, world);
       const Cut cut = selectPatches(selection, world.frame, world.scale, camera, residents);

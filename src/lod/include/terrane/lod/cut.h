@@ -14,12 +14,17 @@ struct Patch {
   TileId tile;               ///< whose samples are its vertices' heights
   TileId shadingTile;        ///< the same or a descendant that holds the whole patch: normals and coverage
   float errorPixels = 0.0F;  ///< bound of the geometric error on screen
+  /// How far it has become itself, 0 to 1: 0 shows the same surface as its bintree parent, 1 its own heights
+  /// (docs/architecture.md, "Morphing"). The same for all patches that the split of one diamond made.
+  float morph = 1.0F;
 };
 
-/// A tile that would improve the picture if it were here, and by how much it matters.
+/// A tile that would improve the picture if it were here, and by how much it matters. All numbers are finite.
 struct TileWish {
   TileId tile;
-  float errorPixels = 0.0F;  ///< error on screen of the patch that waits for it
+  float errorPixels = 0.0F;       ///< largest error on screen of the patches that wait for it
+  float errorAfterPixels = 0.0F;  ///< an estimate of what is left of it once the tile is here
+  float areaPixels = 0.0F;        ///< about as much of the picture shows the diamonds that wait; at least 1
 };
 
 /// The patches that a camera needs and the resident tiles allow: they cover what is in view of the world
@@ -28,7 +33,8 @@ struct Cut {
   int latticeDepth = 0;  ///< unit of all lattice coordinates here
   PatchGrid grid;
   std::vector<Patch> patches;
-  std::vector<TileWish> wishes;  ///< most urgent first; parents are resident
+  std::vector<TileWish> wishes;  ///< most error first; parents are resident
+  int ramping = 0;  ///< diamonds that are fading in: while there are any, the same view changes with time
 };
 
 }  // namespace terrane

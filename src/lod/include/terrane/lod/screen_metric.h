@@ -21,7 +21,8 @@ struct Prism {
 /// How large errors inside a prism look from one camera: the bound that every choice of the `patches`
 /// surface stands on (docs/architecture.md, "The metric").
 ///
-/// All results are monotone: for a prism inside another one, with a smaller error, no result is larger.
+/// All results are monotone: for a prism inside another one, with a smaller error, no result is larger. And
+/// for what is in the window they are continuous functions of the camera.
 class ScreenMetric {
  public:
   /// `cellMeters`: size of the lattice's cells along x and y. `toleranceWindow`: pixels by which the window
@@ -36,6 +37,9 @@ class ScreenMetric {
   double errorPixels(const Prism& prism, double errorMeters) const;
   /// Bound, in pixels, of the size on screen of a horizontal length inside the prism.
   double lengthPixels(const Prism& prism, double lengthMeters) const;
+  /// Square pixels of the picture that the prism's outline covers. For weighing, not for deciding: costs
+  /// microseconds.
+  double areaPixels(const Prism& prism) const;
   /// Lower bound of the distance in metres from the camera to the prism.
   double distance(const Prism& prism) const;
 
@@ -45,6 +49,12 @@ class ScreenMetric {
     double farthestDepth;
   };
   Extent depthExtent(const Prism& prism) const;
+  /// Points of the tangent plane whose convex hull is the picture of the prism beyond the near plane.
+  struct VisiblePoints {
+    std::array<glm::dvec2, 40> tangents;
+    int count = 0;
+  };
+  void findVisiblePoints(const Prism& prism, VisiblePoints& out) const;
   /// A lower bound of the view depth of what is visible of the prism.
   double visibleDepth(const Prism& prism, double nearestDepth) const;
 

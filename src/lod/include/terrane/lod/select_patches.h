@@ -5,6 +5,7 @@
 
 #include "terrane/codec/tile.h"
 #include "terrane/lod/cut.h"
+#include "terrane/lod/morph_history.h"
 #include "terrane/tiling/camera.h"
 #include "terrane/tiling/frame.h"
 
@@ -29,6 +30,7 @@ struct PatchSelection {
   PatchGrid grid;                ///< K
   double tolerancePixels = 1.0;  ///< tau, > 0
   bool cull = true;              ///< leave out what is outside the frustum
+  bool morph = true;             ///< let patches glide into being; only for SplitMetric::Full
   SplitMetric metric = SplitMetric::Full;
   double exaggeration = 1.0;  ///< of heights, > 0
   double nearMeters = 0.1;
@@ -44,9 +46,15 @@ struct PatchSelection {
 /// everything resident, every patch in view has an error of at most tau, or the dataset's own bound. The
 /// root tile must be resident, else the cut is empty and wishes for it.
 ///
+/// With `selection.morph` the drawn surface is a continuous function of the camera. A `history` makes it one
+/// of time too: what a diamond's tiles or its parents held back in the last selection with that history,
+/// `elapsedSeconds` ago, fades in over 0.3 s or less, and a child may only split after its parents are there
+/// in full; `Cut::ramping` says how many are on the way. Without one everything resident shows at once.
+///
 /// Cost: about a microsecond a diamond in view, no I/O, no clock.
 Cut selectPatches(const PatchSelection& selection, const Frame& frame, const ElevationScale& scale,
-                  const Camera& camera, const ResidentTiles& tiles);
+                  const Camera& camera, const ResidentTiles& tiles, MorphHistory* history = nullptr,
+                  double elapsedSeconds = 0.0);
 
 /// The error code of a diamond for patches of `grid`, from what a tile carries: its own code for K >= 17; for
 /// smaller K that of the diamond for K = 17 that holds it, which is never too small and stays strictly

@@ -1,0 +1,135 @@
+#include "terrane/lod/predict_wishes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+#include <unordered_set>
+
+#include "terrane/lod/screen_metric.h"
+#include "wish_list.h"
+
+namespace terrane {
+
+namespace {
+
+/// A tile that may be wished next, or a wished one that others are looked for below.
+struct Guess {
+  TileId tile;
+  double errorPixels = 0.0;  ///< of the patches that wait for it
+  double errorMeters = 0.0;  ///< of patches that read it; infinite where nothing is known
+  double lowMeters = 0.0;    ///< of the ground, exaggerated
+  double highMeters = 0.0;
+  double urgencyPixels = 0.0;  ///< like a wish's error: that, or what large texels are worth
+  double areaPixels = 0.0;
+};
+
+/// Most urgent first; a tile before its descendants, which are less so.
+struct LessUrgent {
+  bool operator()(const Guess& a, const Guess& b) const {
+    return a.urgencyPixels != b.urgencyPixels ? a.urgencyPixels < b.urgencyPixels : b.tile < a.tile;
+  }
+};
+
+class Predictor {
+ public:
+  Predictor(const PatchSelection& selection, const Frame& frame, const ElevationScale& scale,
+            const Camera& camera, const ResidentTiles& tiles, const std::function<bool(TileId)>& isStored)
+      : selection_(selection),
+        frame_(frame),
+        scale_(scale),
+        tiles_(tiles),
+        isStored_(isStored),
+        pictureDiagonal_(std::hypot(camera.width, camera.height)),
+        cellMeters_(frame.spacingXMeters(), frame.spacingYMeters()),
+        metric_(camera, cellMeters_, selection.tolerancePixels, selection.nearMeters) {}
+
+  std::vector<TileWish> run(std::span<const TileWish> wishes, size_t most) {
+    for (const TileWish& wish : wishes) named_.insert(wish.tile);
+    for (const TileWish& wish : wishes) guessBelow(whatIsKnown(wish));
+    std::vector<TileWish> out;
+    while (!open_.empty() && out.size() < most) {
+      const Guess guess = open_.top();
+      open_.pop();
+      const double urgency = std::min(guess.urgencyPixels, pictureDiagonal_);
+      out.push_back({guess.tile, static_cast<float>(urgency), static_cast<float>(0.5 * urgency),
+                     static_cast<float>(std::max(1.0, guess.areaPixels))});
+      guessBelow(guess);
+    }
+    return out;
+  }
+
+ private:
+  Guess whatIsKnown(const TileWish& wish) const {
+    Guess out;
+    out.tile = wish.tile;
+    out.errorPixels = static_cast<double>(wish.errorPixels);
+    out.errorMeters = std::numeric_limits<double>::infinity();
+    uint16_t low = 0, high = std::numeric_limits<uint16_t>::max();
+    if (const Tile* parent = wish.tile.isRoot() ? nullptr : tiles_.find(wish.tile.parent())) {
+      const ChildSummary& child = parent->children[static_cast<size_t>(wish.tile.quadrant())];
+      out.errorMeters = scale_.errorFromCode(child.error) * selection_.exaggeration;
+      low = child.low;
+      high = child.high;
+    }
+    out.lowMeters = scale_.heightFromRangeCode(low) * selection_.exaggeration;
+    out.highMeters = scale_.heightFromRangeCode(high) * selection_.exaggeration;
+    return out;
+  }
+
+  void guessBelow(const Guess& above) {
+    if (above.tile.level >= frame_.finestLevel || above.lowMeters > above.highMeters) return;
+    for (int quadrant = 0; quadrant < 4; ++quadrant) {
+      Guess guess = above;
+      guess.tile = above.tile.child(quadrant);
+      if (!look(guess) || !isStored_(guess.tile) || tiles_.find(guess.tile) != nullptr) continue;
+      if (named_.insert(guess.tile).second) open_.push(guess);
+    }
+  }
+
+  /// Makes of what is known above a tile what is guessed of it. Is it in view and worth asking for?
+  bool look(Guess& guess) const {
+    const double half = 0.5 * std::ldexp(kTileCells, frame_.finestLevel - guess.tile.level);
+    Prism prism;
+    prism.center = {(2 * guess.tile.col + 1) * half, (2 * guess.tile.row + 1) * half};
+    prism.octagon = {half, 2.0 * half};
+    prism.low = guess.lowMeters;
+    prism.high = guess.highMeters;
+    if (!metric_.visible(prism)) return false;
+
+    guess.errorMeters *= 0.5;
+    guess.errorPixels *= 0.5;
+    if (std::isfinite(guess.errorMeters))
+      guess.errorPixels = std::min(guess.errorPixels, metric_.errorPixels(prism, guess.errorMeters));
+    const double texel =
+        metric_.lengthPixels(prism, std::max(cellMeters_.x, cellMeters_.y) *
+                                        std::ldexp(1.0, frame_.finestLevel - guess.tile.level + 1));
+    if (guess.errorPixels <= selection_.tolerancePixels && texel <= 1.0) return false;
+    guess.urgencyPixels = std::max(guess.errorPixels, kShadingWishWeight * texel);
+    guess.areaPixels = metric_.areaPixels(prism);
+    return true;
+  }
+
+  const PatchSelection& selection_;
+  const Frame& frame_;
+  const ElevationScale& scale_;
+  const ResidentTiles& tiles_;
+  const std::function<bool(TileId)>& isStored_;
+  double pictureDiagonal_;
+  glm::dvec2 cellMeters_;
+  ScreenMetric metric_;
+  std::unordered_set<TileId, TileIdHash> named_;
+  std::priority_queue<Guess, std::vector<Guess>, LessUrgent> open_;
+};
+
+}  // namespace
+
+std::vector<TileWish> predictWishes(std::span<const TileWish> wishes, const PatchSelection& selection,
+                                    const Frame& frame, const ElevationScale& scale, const Camera& camera,
+                                    const ResidentTiles& tiles, const std::function<bool(TileId)>& isStored,
+                                    size_t most) {
+  if (selection.metric != SplitMetric::Full) return {};
+  return Predictor(selection, frame, scale, camera, tiles, isStored).run(wishes, most);
+}
+
+}  // namespace terrane

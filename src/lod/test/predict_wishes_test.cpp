@@ -1,0 +1,125 @@
+#include "terrane/lod/predict_wishes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "fake_world.h"
+#include "terrane/lod/screen_metric.h"
+
+namespace terrane {
+namespace {
+
+Camera randomCamera(std::mt19937& random, const FakeWorld& world) {
+  const double side = world.frame.spacingXMeters() * static_cast<double>(world.frame.worldCells());
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const glm::dvec3 eye(unit(random) * side, -unit(random) * side,
+                       150.0 + 3000.0 * unit(random) * unit(random));
+  const glm::dvec3 target(unit(random) * side, -unit(random) * side, 50.0);
+  return lookAt(eye, target, 0.4 + 1.0 * unit(random), 640, 360);
+}
+
+/// A tile's square, as high as its own nodes say.
+bool isInView(const FakeWorld& world, const Camera& camera, TileId id) {
+  const ScreenMetric metric(camera, {world.frame.spacingXMeters(), world.frame.spacingYMeters()}, 1.0, 0.1);
+  const double half = 0.5 * kTileCells * std::exp2(world.finestLevel - id.level);
+  const Prism everything{{(2 * id.col + 1) * half, (2 * id.row + 1) * half},
+                         {half, 2.0 * half},
+                         world.scale.heightFromRangeCode(0),
+                         world.scale.heightFromRangeCode(65535)};
+  return metric.visible(everything);
+}
+
+struct Guesses {
+  std::vector<TileWish> wishes;
+  std::vector<TileWish> guesses;
+};
+
+Guesses guess(const FakeWorld& world, const FakeResidents& residents, const Camera& camera,
+              const std::set<TileId>& stored, size_t most) {
+  Guesses out;
+  out.wishes = selectPatches({}, world.frame, world.scale, camera, residents).wishes;
+  out.guesses = predictWishes(
+      out.wishes, {}, world.frame, world.scale, camera, residents,
+      [&](TileId id) { return stored.count(id) != 0; }, most);
+  return out;
+}
+
+TEST(PredictWishes, NamesOnlyWhatCanBeFetchedAndParentsFirst) {
+  size_t named = 0;
+  for (uint32_t seed = 0; seed < 8; ++seed) {
+    std::mt19937 random(seed);
+    const FakeWorld world(3, seed);
+    std::set<TileId> stored, resident;
+    for (const TileId id : FakeWorld::allTiles(3)) {
+      if (id.isRoot() || (stored.count(id.parent()) != 0 && random() % 5 != 0)) stored.insert(id);
+      if (id.isRoot() || (resident.count(id.parent()) != 0 && stored.count(id) != 0 && random() % 2 != 0))
+        resident.insert(id);
+    }
+    for (int view = 0; view < 12; ++view) {
+      const Camera camera = randomCamera(random, world);
+      const FakeResidents residents(world, view == 0 ? std::set<TileId>() : resident);
+      const Guesses all = guess(world, residents, camera, stored, 1000);
+      named += all.guesses.size();
+      std::set<TileId> here;
+      for (const TileWish& wish : all.wishes) here.insert(wish.tile);
+      float before = std::numeric_limits<float>::infinity();
+      for (const TileWish& wish : all.guesses) {
+        const TileId id = wish.tile;
+        EXPECT_NE(stored.count(id), 0U) << toString(id);
+        EXPECT_EQ(residents.find(id), nullptr) << toString(id);
+        EXPECT_NE(here.count(id.parent()), 0U) << toString(id) << " before its parent";
+        EXPECT_TRUE(here.insert(id).second) << toString(id) << " twice";
+        EXPECT_TRUE(isInView(world, camera, id)) << toString(id);
+        EXPECT_LE(wish.errorPixels, before);
+        EXPECT_LT(wish.errorAfterPixels, wish.errorPixels);
+        EXPECT_GE(wish.areaPixels, 1.0F);
+        EXPECT_LE(wish.areaPixels, 640.0F * 360.0F * 1.001F);
+        before = wish.errorPixels;
+      }
+      // Fewer are the first of them.
+      const Guesses some = guess(world, residents, camera, stored, 5);
+      ASSERT_EQ(some.guesses.size(), std::min<size_t>(5, all.guesses.size()));
+      for (size_t i = 0; i < some.guesses.size(); ++i) EXPECT_EQ(some.guesses[i].tile, all.guesses[i].tile);
+    }
+  }
+  EXPECT_GT(named, 500U);
+}
+
+TEST(PredictWishes, CoversMostOfWhatIsWishedLater) {
+  size_t wished = 0, guessed = 0, right = 0;
+  for (uint32_t seed = 0; seed < 6; ++seed) {
+    std::mt19937 random(50 + seed);
+    const FakeWorld world(4, seed);
+    std::set<TileId> all;
+    for (const TileId id : FakeWorld::allTiles(4)) all.insert(id);
+    for (int view = 0; view < 12; ++view) {
+      const Camera camera = randomCamera(random, world);
+      FakeResidents residents(world, {TileId{}});
+      const Guesses first = guess(world, residents, camera, all, 100000);
+      std::set<TileId> guesses, later;
+      for (const TileWish& wish : first.guesses) guesses.insert(wish.tile);
+      std::vector<TileWish> wishes = first.wishes;
+      for (bool isFirst = true; !wishes.empty(); isFirst = false) {
+        for (const TileWish& wish : wishes) {
+          residents.ids().insert(wish.tile);
+          if (!isFirst) later.insert(wish.tile);
+        }
+        wishes = selectPatches({}, world.frame, world.scale, camera, residents).wishes;
+      }
+      wished += later.size();
+      guessed += guesses.size();
+      for (const TileId id : later) right += guesses.count(id);
+    }
+  }
+  const double covered = static_cast<double>(right) / static_cast<double>(wished);
+  const double used = static_cast<double>(right) / static_cast<double>(guessed);
+  std::printf("of %zu tiles that were wished later %.3f were named before; of those named %.3f were wished\n",
+              wished, covered, used);
+  EXPECT_GE(covered, 0.8);
+  EXPECT_GE(used, 0.5);
+}
+
+}  // namespace
+}  // namespace terrane
