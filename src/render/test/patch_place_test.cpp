@@ -54,7 +54,8 @@ TEST_P(PatchPlace, SharedVerticesAreTheSameBitForBit) {
     for (int level = 0; level <= 2; ++level)
       for (int row = 0; row < 1 << level; ++row)
         for (int col = 0; col < 1 << level; ++col)
-          ASSERT_TRUE(tiles.upload({level, col, row}, world.tile({level, col, row}).samples).ok());
+          const Tile tile = world.tile({level, col, row});
+          ASSERT_TRUE(tiles.upload({level, col, row}, tile.samples, *prepareTile(tile)).ok());
 
     // A cut of many levels, so that tiles of different levels meet.
     const PatchGrid grid{.k = 3};

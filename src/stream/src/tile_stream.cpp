@@ -51,12 +51,12 @@ struct Finished {
 
 class TileStream::State {
  public:
-  State(std::unique_ptr<Transport> transport, std::unique_ptr<Workers> workers, const StreamOptions& options)
+  State(std::unique_ptr<Transport> transport, Workers& workers, const StreamOptions& options)
       : transport_(std::move(transport)),
         options_(options),
         shelf_({options.compressedBytes, options.decodedBytes, options.pictureBytes}),
         finished_(std::make_shared<Finished>()),
-        workers_(std::move(workers)) {}
+        workers_(workers) {}
 
   void poll(double nowSeconds) {
     now_ = std::max(now_, nowSeconds);
@@ -417,7 +417,7 @@ class TileStream::State {
   /// Hands what is here, and can be decoded, to the workers.
   void startDecoding() {
     for (const Ranked& ranked : ranked_) {
-      if (decoding_ >= workers_->width()) return;
+      if (decoding_ >= workers_.width()) return;
       ShelfEntry* entry = shelf_.find(ranked.key);
       if (entry == nullptr || entry->payload == nullptr || entry->decoding || entry->isDecoded()) continue;
       if (!ranked.isUrgent && !shelf_.hasRoomToDecode()) continue;
@@ -467,7 +467,7 @@ class TileStream::State {
     entry.decoding = true;
     ++decoding_;
     ++statistics_.compressedHits;
-    workers_->submit(std::move(job));
+    workers_.submit(std::move(job));
   }
 
   /// Asks for what is wanted and not here, as much as the line can use.
@@ -564,13 +564,12 @@ class TileStream::State {
   std::vector<TileKey> news_;
   StreamStatistics statistics_;
   std::shared_ptr<Finished> finished_;
-  // note: the workers go first, before what their jobs look at.
-  std::unique_ptr<Workers> workers_;
+  Workers& workers_;
 };
 
-TileStream::TileStream(std::unique_ptr<Transport> transport, std::unique_ptr<Workers> workers,
+TileStream::TileStream(std::unique_ptr<Transport> transport, Workers& workers,
                        const StreamOptions& options)
-    : state_(std::make_unique<State>(std::move(transport), std::move(workers), options)) {}
+    : state_(std::make_unique<State>(std::move(transport), workers, options)) {}
 TileStream::~TileStream() = default;
 
 StreamPhase TileStream::phase() const {

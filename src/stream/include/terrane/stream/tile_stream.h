@@ -72,7 +72,8 @@ struct StreamStatistics {
 /// long as it takes.
 class TileStream {
  public:
-  TileStream(std::unique_ptr<Transport> transport, std::unique_ptr<Workers> workers,
+  /// `workers` must outlive the stream.
+  TileStream(std::unique_ptr<Transport> transport, Workers& workers,
              const StreamOptions& options = {});
   ~TileStream();
   TileStream(const TileStream&) = delete;
