@@ -62,26 +62,40 @@ void layImageryOver(ImageryTile& under, const ImageryTile& over) {
   }
 }
 
-std::vector<uint8_t> borderedImagery(TileId id, const std::function<const ImageryTile*(TileId)>& find) {
+ImageryBorder imageryBorder(TileId id, int dx, int dy,
+                            const std::function<const ImageryTile*(TileId)>& find) {
+  ImageryBorder out;
   const ImageryTile* own = find(id);
-  std::vector<uint8_t> out;
   if (own == nullptr) return out;
+  const TileId at{id.level, id.col + dx, id.row + dy};
+  const ImageryTile* there = at.valid() ? find(at) : nullptr;
+  out.x = dx < 0 ? 0 : dx == 0 ? 1 : kBordered - 1;
+  out.y = dy < 0 ? 0 : dy == 0 ? 1 : kBordered - 1;
+  out.width = dx == 0 ? kSide : 1;
+  out.height = dy == 0 ? kSide : 1;
+  out.rgba.reserve(static_cast<size_t>(4 * out.width * out.height));
+  for (int y = out.y; y < out.y + out.height; ++y) {
+    for (int x = out.x; x < out.x + out.width; ++x) {
+      // In the neighbour, or the own texel that is nearest.
+      const int col = there != nullptr ? x - 1 - dx * kSide : std::clamp(x - 1, 0, kSide - 1);
+      const int row = there != nullptr ? y - 1 - dy * kSide : std::clamp(y - 1, 0, kSide - 1);
+      const uint8_t* from = &(there != nullptr ? there : own)->rgba[static_cast<size_t>(4 * (row * kSide + col))];
+      out.rgba.insert(out.rgba.end(), from, from + 4);
+    }
+  }
+  return out;
+}
+
+std::vector<uint8_t> borderedImagery(TileId id, const std::function<const ImageryTile*(TileId)>& find) {
+  std::vector<uint8_t> out;
+  if (find(id) == nullptr) return out;
   out.resize(size_t{4} * kBordered * kBordered);
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
-      const TileId at{id.level, id.col + dx, id.row + dy};
-      const ImageryTile* there = at.valid() ? find(at) : nullptr;
-      const int x0 = dx < 0 ? 0 : dx == 0 ? 1 : kBordered - 1;
-      const int y0 = dy < 0 ? 0 : dy == 0 ? 1 : kBordered - 1;
-      for (int y = y0; y < y0 + (dy == 0 ? kSide : 1); ++y) {
-        for (int x = x0; x < x0 + (dx == 0 ? kSide : 1); ++x) {
-          // In the neighbour, or the own texel that is nearest.
-          const int col = there != nullptr ? x - 1 - dx * kSide : std::clamp(x - 1, 0, kSide - 1);
-          const int row = there != nullptr ? y - 1 - dy * kSide : std::clamp(y - 1, 0, kSide - 1);
-          std::copy_n(&(there != nullptr ? there : own)->rgba[static_cast<size_t>(4 * (row * kSide + col))],
-                      4, &out[static_cast<size_t>(4 * (y * kBordered + x))]);
-        }
-      }
+      const ImageryBorder part = imageryBorder(id, dx, dy, find);
+      for (int row = 0; row < part.height; ++row)
+        std::copy_n(part.rgba.begin() + static_cast<ptrdiff_t>(4 * row * part.width), 4 * part.width,
+                    out.begin() + static_cast<ptrdiff_t>(4 * ((part.y + row) * kBordered + part.x)));
     }
   }
   return out;

@@ -20,4 +20,12 @@ void layImageryOver(ImageryTile& under, const ImageryTile& over);
 /// itself is not there.
 std::vector<uint8_t> borderedImagery(TileId id, const std::function<const ImageryTile*(TileId)>& find);
 
+/// One part of that border, the one towards the neighbour (dx, dy), both -1 to 1: its place in the bordered
+/// tile and its texels; (0, 0) is the tile's own inside.
+struct ImageryBorder {
+  int x = 0, y = 0, width = 0, height = 0;
+  std::vector<uint8_t> rgba;
+};
+ImageryBorder imageryBorder(TileId id, int dx, int dy, const std::function<const ImageryTile*(TileId)>& find);
+
 }  // namespace terrane
