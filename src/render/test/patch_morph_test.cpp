@@ -9,8 +9,7 @@
 namespace terrane {
 namespace {
 
-/// A cut of many levels whose diamonds are in all stages of their morph: random, but 1 where a child is
-/// split, as selection sees to.
+/// A cut of many levels whose diamonds are in all stages of their morph.
 Cut randomMorphs(const PatchGrid& grid, int depth, std::mt19937& random) {
   const Lattice lattice(depth);
   const double x = std::uniform_real_distribution<double>(0, lattice.side())(random);
@@ -18,18 +17,7 @@ Cut randomMorphs(const PatchGrid& grid, int depth, std::mt19937& random) {
   Cut cut = makeCut(grid, depth, grid.deepestLevel(depth), [&](const Diamond& d) {
     return d.level < 3 || std::hypot(d.x - x, d.y - y) < 4.0 * lattice.halfSize(d.level);
   });
-  std::map<LatticePoint, float> morphs;  // of the diamonds that have split, by their centres
-  const std::array<float, 6> some = {0.0F, 0.25F, 0.3F, 0.777F, 0.999F, 1.0F};
-  for (const Patch& patch : cut.patches) morphs[patch.triangle.apex] = some[random() % some.size()];
-  // Above every patch all are there in full: its parent's parents have split children.
-  for (const Patch& patch : cut.patches) {
-    const int level = patch.triangle.diamond.level - 1;
-    if (level < 0) continue;
-    for (const Diamond& parent : lattice.parents({patch.triangle.apex.x, patch.triangle.apex.y, level}))
-      if (const auto at = morphs.find(parent.center()); at != morphs.end()) at->second = 1.0F;
-  }
-  for (Patch& patch : cut.patches)
-    patch.morph = patch.triangle.diamond.level == 0 ? 1.0F : morphs.at(patch.triangle.apex);
+  morphAtRandom(cut, random);
   return cut;
 }
 
