@@ -44,7 +44,7 @@ MorphRamps::Progress MorphRamps::advance(const Diamond& d, const Progress& paren
     return {};
   }
 
-  const double speed = std::clamp(1.0 + 2.0 * std::log2(std::max(excess, 1.0)), 1.0, 16.0) / kRampSeconds;
+  const double speed = std::clamp(1.0 + 4.0 * std::log2(std::max(excess, 1.0)), 1.0, 16.0) / kRampSeconds;
   const double needed = (1.0 - share) / speed;
   if (seconds >= needed) return {1.0, seconds - needed, true};
   share += seconds * speed;

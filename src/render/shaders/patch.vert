@@ -4,10 +4,7 @@ layout(location = 1) in ivec4 aLattice;   // xy: origin from the anchor, z: unit
 layout(location = 2) in ivec4 aTexel;     // xy: origin in the height tile, z: unit there, w: layer
 layout(location = 3) in vec4 aShading;    // xy: origin in the shading tile, z: unit there, w: its cells in a finest data cell
 layout(location = 4) in ivec4 aLayers;    // x: shading layer, y: coverage layer (-1: all ground), z: colour, w: error in pixels as float bits
-layout(location = 5) in ivec4 aImagery;   // x: page of its imagery (-1: none)
-
-uniform sampler2DArray uHeights;
-uniform int uTemplate;  // 0: right-angle, 1: hypotenuse
+layout(location = 5) in ivec4 aImagery;   // x: page of its imagery (-1: none), y: morph as float bits
 
 out vec3 vPlace;    // from the eye, metres
 out vec2 vShading;  // cells of the shading tile
@@ -18,13 +15,14 @@ flat out int vImagery;
 flat out float vShadingScale;
 flat out ivec4 vLattice;
 flat out ivec4 vTexel;
+flat out float vMorph;
 flat out vec2 vCorner;  // one of the triangle's corners, like vGrid
 invariant gl_Position;
 
 void main() {
   ivec2 turned = rotateQuarters(aTemplate, aLattice.w);
-  ivec2 texel = aTexel.xy + turned * aTexel.z;
-  float height = texelFetch(uHeights, ivec3(texel, aTexel.w), 0).r;
+  float morph = intBitsToFloat(aImagery.y);
+  float height = morphedHeight(aTemplate, aLattice.w, aTexel, morph);
   vec3 place = placeVertex(aLattice.xy + turned * aLattice.z, height);
   gl_Position = clipFromEye(place);
   vPlace = place;
@@ -36,5 +34,6 @@ void main() {
   vShadingScale = aShading.w;
   vLattice = aLattice;
   vTexel = aTexel;
+  vMorph = morph;
   vCorner = vGrid;
 }

@@ -8,18 +8,17 @@ in vec2 vGrid;
 flat in ivec4 vLayers;
 flat in ivec4 vLattice;
 flat in ivec4 vTexel;
+flat in float vMorph;
 flat in vec2 vCorner;
-uniform sampler2DArray uHeights;
-uniform int uTemplate;  // 0: right-angle, 1: hypotenuse
 layout(location = 0) out vec4 oPlace;
 
 // A vertex of the patch's grid in template coordinates.
 ivec2 templateFromGrid(ivec2 grid) { return uTemplate == 0 ? grid : ivec2(grid.x + grid.y, grid.x - grid.y); }
 
 vec3 placeOf(ivec2 grid) {
-  ivec2 turned = rotateQuarters(templateFromGrid(grid), vLattice.w);
-  float height = texelFetch(uHeights, ivec3(vTexel.xy + turned * vTexel.z, vTexel.w), 0).r;
-  return placeVertex(vLattice.xy + turned * vLattice.z, height);
+  ivec2 vertex = templateFromGrid(grid);
+  return placeVertex(vLattice.xy + rotateQuarters(vertex, vLattice.w) * vLattice.z,
+                     morphedHeight(vertex, vLattice.w, vTexel, vMorph));
 }
 
 void main() {

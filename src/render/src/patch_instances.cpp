@@ -81,6 +81,7 @@ Result<PatchInstances> makePatchInstances(const Cut& cut, const Frame& frame, La
         static_cast<float>(powerOfTwo(shadingId.level - frame.finestLevel))};
     instance.layers = {shading->layer, shading->coverageLayer, tileColor(patch.tile),
                        std::bit_cast<int32_t>(patch.errorPixels)};
+    instance.imagery[1] = std::bit_cast<int32_t>(patch.morph);
     if (imagery != nullptr) instance.imagery[0] = imagery->addPage(lattice, patch.triangle, shadingId);
     out.byTemplate[static_cast<size_t>(patch.triangle.diamond.level & 1)].push_back(instance);
   }

@@ -21,7 +21,7 @@ struct PatchInstance {
       shading{};  ///< origin in the shading tile (x, y), unit there, its cells in a finest data cell
   std::array<int32_t, 4>
       layers{};  ///< shading layer, coverage layer, colour 0xBBGGRR, error in pixels as float bits
-  std::array<int32_t, 4> imagery{-1, 0, 0, 0};  ///< page
+  std::array<int32_t, 4> imagery{-1, 0, 0, 0};  ///< page, morph as float bits
 };
 static_assert(sizeof(PatchInstance) == 80);
 

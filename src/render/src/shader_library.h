@@ -23,11 +23,11 @@ struct ProgramRecipe {
 /// All programs: drawing makes them from here, and the tests compile each of them in both dialects.
 struct ProgramRecipes {
   ProgramRecipe shade{"the ground",
-                      {"frame.glsl", "place.glsl", "patch.vert"},
+                      {"frame.glsl", "place.glsl", "morph.glsl", "patch.vert"},
                       {"frame.glsl", "sky.glsl", "coverage.glsl", "imagery.glsl", "patch_shade.frag"}};
   ProgramRecipe position{"the position buffer",
-                         {"frame.glsl", "place.glsl", "patch.vert"},
-                         {"frame.glsl", "place.glsl", "coverage.glsl", "patch_position.frag"}};
+                         {"frame.glsl", "place.glsl", "morph.glsl", "patch.vert"},
+                         {"frame.glsl", "place.glsl", "morph.glsl", "coverage.glsl", "patch_position.frag"}};
   ProgramRecipe sky{"the sky", {"frame.glsl", "fullscreen.vert"}, {"frame.glsl", "sky.glsl", "sky.frag"}};
   ProgramRecipe present{
       "the finished picture", {"frame.glsl", "fullscreen.vert"}, {"frame.glsl", "present.frag"}};

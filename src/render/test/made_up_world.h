@@ -1,9 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <glm/vec3.hpp>
+#include <random>
+#include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
@@ -123,6 +126,25 @@ inline Cut makeCut(const PatchGrid& grid, int latticeDepth, int deepest,
   };
   for (const Triangle& t : lattice.rootTriangles()) visit(t);
   return cut;
+}
+
+/// Gives every diamond of a cut that has split a morph of its own, random, but 1 where a child has split, as
+/// selection sees to.
+inline void morphAtRandom(Cut& cut, std::mt19937& random) {
+  const Lattice lattice(cut.latticeDepth);
+  constexpr std::array<float, 6> kSome = {0.0F, 0.25F, 0.3F, 0.777F, 0.999F, 1.0F};
+  std::unordered_map<Diamond, float, DiamondHash> morphs;
+  const auto parentOf = [](const Patch& patch) {
+    return Diamond{patch.triangle.apex.x, patch.triangle.apex.y, patch.triangle.diamond.level - 1};
+  };
+  for (const Patch& patch : cut.patches) morphs[parentOf(patch)] = kSome[random() % kSome.size()];
+  for (const Patch& patch : cut.patches) {
+    if (patch.triangle.diamond.level == 0) continue;
+    for (const Diamond& above : lattice.parents(parentOf(patch)))
+      if (const auto at = morphs.find(above); at != morphs.end()) at->second = 1.0F;
+  }
+  for (Patch& patch : cut.patches)
+    patch.morph = patch.triangle.diamond.level == 0 ? 1.0F : morphs.at(parentOf(patch));
 }
 
 /// All triangles of one bintree level.

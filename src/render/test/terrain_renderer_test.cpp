@@ -166,6 +166,49 @@ TEST(TerrainRenderer, PositionsLieOnTheDrawnSurface) {
   }
 }
 
+TEST(TerrainRenderer, PositionsLieOnTheMorphedSurface) {
+  const MadeUpWorld world = hillsWorld(1);
+  // The finest triangulation with every other vertex half way to the mean of its hypotenuse's ends.
+  MadeUpWorld halfWay = world;
+  halfWay.height = [](int64_t x, int64_t y) {
+    const float own = hillsHeight(x, y);
+    if ((x + y) % 2 == 0) return own;
+    const int dx = x % 2 != 0 ? 1 : 0;
+    const int dy = 1 - dx;
+    return 0.5F * own + 0.25F * (hillsHeight(x - dx, y - dy) + hillsHeight(x + dx, y + dy));
+  };
+  struct Case {
+    int level;
+    float morph;
+    const MadeUpWorld& surface;
+    int step;
+  };
+  // Hypotenuse patches at morph 0 show the right-angle ones of twice the spacing.
+  const int finest = kGrid.deepestLevel(1);
+  const std::array<Case, 2> cases = {{{finest, 0.5F, halfWay, 1}, {finest - 1, 0.0F, world, 2}}};
+  const Stage stage;
+  stage.uploadAll(world, 1);
+  for (const Case& each : cases) {
+    Cut cut = makeFullCut(kGrid, 1, each.level);
+    for (Patch& patch : cut.patches) patch.morph = each.morph;
+    const Camera camera = downOnto(world, 0.45, 0.5, 2600.0);
+    const auto positions = stage.renderer->drawPositions(cut, world.frame, camera);
+    ASSERT_TRUE(positions.ok()) << positions.error().message;
+    int ground = 0;
+    double worst = 0.0;
+    for (const glm::dvec3& place : *positions) {
+      if (std::isnan(place.z)) continue;
+      ++ground;
+      const double distance = glm::length(place - camera.eyeLocal);
+      const double off =
+          std::abs(place.z - surfaceHeight(each.surface, {place.x, place.y}, each.step)) / distance;
+      worst = std::max(worst, off * camera.pixelsPerTangent());
+    }
+    EXPECT_GT(ground, kWidth * kHeight / 2);
+    EXPECT_LT(worst, 0.02) << "level " << each.level;
+  }
+}
+
 TEST(TerrainRenderer, PositionsTakeExaggerationOut) {
   const MadeUpWorld world = hillsWorld(0);
   const Stage stage;
@@ -193,9 +236,10 @@ TEST(TerrainRenderer, NoBackgroundShowsThroughCoveringGround) {
   for (int round = 0; round < 10; ++round) {
     const glm::dvec2 focus{share(random) * 1024.0, share(random) * 1024.0};
     // Mixed levels, so that patches of all sizes meet.
-    const Cut cut = makeCut(kGrid, 2, kGrid.deepestLevel(2), [&](const Diamond& d) {
+    Cut cut = makeCut(kGrid, 2, kGrid.deepestLevel(2), [&](const Diamond& d) {
       return d.level < 3 || std::hypot(d.x - focus.x, d.y - focus.y) < 5.0 * lattice.halfSize(d.level);
     });
+    if (round % 2 != 0) morphAtRandom(cut, random);
     const Camera camera =
         lookAt({10.0 * focus.x, -10.0 * focus.y, 2000.0},
                {10.0 * share(random) * 1024.0, -10.0 * share(random) * 1024.0, 0.0}, 0.6, kWidth, kHeight);
