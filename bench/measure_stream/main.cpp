@@ -46,6 +46,7 @@ std::vector<Setting> settings(Terrain& terrain) {
     out.push_back({name, base});
     out.back().options.view.policy = policy;
   }
+  if (getenv("ONLY")) return out;
   out.push_back({"small caches", base});
   ViewOptions& small = out.back().options.view;
   small.gpuGeometryBytes = small.stream.decodedBytes = 2U << 20;
@@ -54,6 +55,7 @@ std::vector<Setting> settings(Terrain& terrain) {
   LineFaults& faults = out.back().options.faults;
   faults.busyShare = faults.slowShare = faults.truncatedShare = faults.corruptShare = 0.025;
   faults.outages = {{4.0, 5.5}};
+  base.begunAtRest = false;
   out.push_back({"teleport", base, true});
   out.back().options.durationSeconds = 1.0;
   out.push_back({"thin line", base, true});

@@ -9,6 +9,7 @@ namespace {
 
 /// A dataset opens within this, or not at all.
 constexpr double kLongestOpeningSeconds = 120.0;
+constexpr double kLongestRestSeconds = 60.0;
 
 }  // namespace
 
@@ -31,8 +32,12 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
   const double step = 1.0 / options.framesPerSecond;
   while (view.phase() == StreamPhase::Opening) {
     if (now > kLongestOpeningSeconds) return makeError("{}: does not open: {}", dataset, view.problem());
-    TERRANE_TRY(view.update(cameraAt(options.startSeconds), now));
+    TERRANE_TRY(view.update(cameraAt(0.0), now));
     now += step;
+  }
+  for (double rest = 0.0; options.begunAtRest && !view.isSettled(); rest += step, now += step) {
+    if (rest > kLongestRestSeconds) break;
+    TERRANE_TRY(view.update(cameraAt(0.0), now));
   }
   LineFaults faults = options.faults;
   for (auto& outage : faults.outages) outage = {outage.first + now, outage.second + now};
@@ -44,7 +49,7 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
   int64_t measured = 0;
   for (int64_t i = 0; i <= frames; ++i) {
     const double seconds = static_cast<double>(i) * step;
-    const Camera camera = cameraAt(options.startSeconds + seconds);
+    const Camera camera = cameraAt(seconds);
     TERRANE_TRY(view.update(camera, now + seconds));
     StreamFlightFrame frame;
     frame.seconds = seconds;
@@ -58,6 +63,7 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
         const CrackMeasure cracks = measureCracksWhileLoading(truth->cover, camera, places);
         frame.cracks = cracks.cracks;
         frame.crackPixels = cracks.checked;
+        if (cracks.cracks > 0) fprintf(stderr, "CRACK frame %lld at %d %d morph ramping %d settled %d\n", (long long)i, cracks.where[0].x, cracks.where[0].y, view.cut().ramping, (int)view.isSettled());
         if (options.errorEvery > 0 && i % options.errorEvery == 0) {
           const ErrorMeasure error = measureError(truth->surface, camera, places, tau);
           frame.excessPixels = error.excessPixels;

@@ -36,7 +36,8 @@ bool isSame(const Camera& a, const Camera& b) {
          a.fovyRadians == b.fovyRadians && a.width == b.width && a.height == b.height;
 }
 bool isSame(const PatchSelection& a, const PatchSelection& b) {
-  return a.grid.k == b.grid.k && a.tolerancePixels == b.tolerancePixels && a.cull == b.cull &&
+  return a.grid.k == b.grid.k && a.tolerancePixels == b.tolerancePixels &&
+         a.texelPixels == b.texelPixels && a.cull == b.cull &&
          a.morph == b.morph && a.metric == b.metric && a.exaggeration == b.exaggeration &&
          a.nearMeters == b.nearMeters && a.levelsBelowData == b.levelsBelowData;
 }
@@ -81,6 +82,7 @@ class TerrainView::State {
 
     PatchSelection selection = options_.selection;
     selection.tolerancePixels = control_.tau() * memoryFactor_;
+    selection.texelPixels *= memoryFactor_;
     const bool isMoved = !lastCamera_ || !isSame(camera, *lastCamera_) || !isSame(selection, lastSelection_);
     const bool isChanged =
         isMoved || tilesCame || imageryCame || cut_.ramping > 0 || std::exchange(requested_, false);

@@ -8,10 +8,11 @@ namespace {
 
 /// Answers that count: enough to see through chance, few enough to notice a change.
 constexpr size_t kRecent = 24;
-/// As much is asked for before anything is known.
-constexpr uint64_t kFirstBytes = 96U << 10;
-constexpr uint64_t kLeastBytes = 16U << 10;
-constexpr uint64_t kMostBytes = 16U << 20;
+constexpr double kLeastBytes = 8 << 10;
+constexpr double kMostBytes = 16 << 20;
+/// Answers may wait behind others for so long, and half the latency: the price of a line that never runs dry.
+constexpr double kQueueSeconds = 0.06;
+constexpr double kShrink = 0.8;
 
 }  // namespace
 
@@ -24,7 +25,9 @@ void LineEstimate::answered(double startedSeconds, double answeredSeconds, uint6
   for (const Answer& answer : recent_) {
     const double transfer =
         bytesPerSecond_ > 0.0 ? static_cast<double>(answer.bytes) / bytesPerSecond_ : 0.0;
-    quickest = std::min(quickest, std::max(answer.answered - answer.started - transfer, 1e-3));
+    // note: while the speed is underestimated, the bytes explain too much of the time.
+    const double took = answer.answered - answer.started;
+    quickest = std::min(quickest, std::max({took - transfer, 0.5 * took, 1e-3}));
   }
   latencySeconds_ = quickest;
 
@@ -40,13 +43,17 @@ void LineEstimate::answered(double startedSeconds, double answeredSeconds, uint6
     sum += static_cast<double>(answer.bytes);
   }
   if (busy > 1e-6) bytesPerSecond_ = sum / busy;
-}
 
-uint64_t LineEstimate::usefulBytesUnderway() const {
-  if (bytesPerSecond_ <= 0.0) return kFirstBytes;
-  // One and a half round trips, and a little for the time between two looks at the line.
-  const double bytes = bytesPerSecond_ * (1.5 * latencySeconds_ + 0.03);
-  return std::clamp(static_cast<uint64_t>(bytes), kLeastBytes, kMostBytes);
+  // Did this one wait behind others?
+  const double transfer =
+      bytesPerSecond_ > 0.0 ? static_cast<double>(bytes) / bytesPerSecond_ : 0.0;
+  const double queued = answeredSeconds - startedSeconds - latencySeconds_ - transfer;
+  if (queued <= kQueueSeconds + 0.5 * latencySeconds_) {
+    window_ = std::min(window_ + static_cast<double>(bytes), kMostBytes);
+  } else if (answeredSeconds > lastShrunk_ + latencySeconds_) {
+    window_ = std::max(window_ * kShrink, kLeastBytes);
+    lastShrunk_ = answeredSeconds;
+  }
 }
 
 }  // namespace terrane

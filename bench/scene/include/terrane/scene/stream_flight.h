@@ -24,7 +24,7 @@ struct StreamFlightOptions {
   int height = 360;
   double framesPerSecond = 60.0;
   double durationSeconds = 10.0;
-  double startSeconds = 0.0;       ///< directories have come, and nothing else; faults count from here too
+  bool begunAtRest = true;         ///< what the first camera needs has come before; else only directories have
   bool draw = true;                ///< draw positions in each frame and count cracks
   int errorEvery = 6;              ///< frames between those whose error is measured; 0: none
 };

@@ -15,8 +15,9 @@ class LineEstimate {
   double bytesPerSecond() const { return bytesPerSecond_; }
   /// From a request to its first byte; a guess before anything is known.
   double latencySeconds() const { return latencySeconds_; }
-  /// Bytes that should be under way so that the line never runs dry, and little more.
-  uint64_t usefulBytesUnderway() const;
+  /// Bytes that should be under way so that the line never runs dry, and little more: they grow while answers
+  /// come as fast as they can, and shrink when answers queue up.
+  uint64_t usefulBytesUnderway() const { return static_cast<uint64_t>(window_); }
 
  private:
   struct Answer {
@@ -26,6 +27,11 @@ class LineEstimate {
   std::deque<Answer> recent_;
   double bytesPerSecond_ = 0.0;
   double latencySeconds_ = 0.1;
+  double window_ = kFirstBytes;
+  double lastShrunk_ = -1e9;
+
+  /// As much is asked for before anything is known.
+  static constexpr double kFirstBytes = 64 << 10;
 };
 
 }  // namespace terrane

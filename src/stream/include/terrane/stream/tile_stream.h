@@ -29,7 +29,7 @@ struct StreamOptions {
   uint64_t compressedBytes = 64U << 20;  ///< kept as they came
   uint64_t decodedBytes = 256U << 20;    ///< kept decoded, elevation; what is in use stays whatever this says
   uint64_t pictureBytes = 64U << 20;     ///< kept decoded, imagery
-  int mostRequests = 8;                  ///< at once
+  int mostRequests = 12;                 ///< at once
   bool inOrder = false;                  ///< fetch in the order of the wishes, all at once: for comparison
 };
 
