@@ -31,6 +31,7 @@ struct BenchOptions {
   FlyOptions fly;
   TerrainOptions terrain;
   PatchSelection selection;
+  std::string morph = "on";
   OutputOptions talk;
 };
 
@@ -38,6 +39,7 @@ Status checkOptions(BenchOptions& options) {
   FlyOptions& fly = options.fly;
   TERRANE_TRY(parsePictureSize(options.size, fly.width, fly.height));
   TERRANE_ASSIGN(options.selection.grid, parsePatchGrid(options.patchSamples));
+  options.selection.morph = options.morph == "on";
   fly.tauPixels = options.selection.tolerancePixels;
   for (const std::string& path : {options.output, options.plot}) {
     if (!path.empty() && !options.overwrite && std::filesystem::exists(path)) {
@@ -123,6 +125,9 @@ void addBenchCommand(CLI::App& app, CommandContext& context) {
   command->add_option("--tau", options->selection.tolerancePixels, "largest error on screen, pixels")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1000.0));
+  command->add_option("--morph", options->morph, "let patches glide into being")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   command->add_option("--k", options->patchSamples, "samples along a patch's side, 2^k + 1 from 3 to 129")
       ->capture_default_str();
   command

@@ -43,6 +43,7 @@ struct RenderOptions {
   bool overwrite = false;
   TerrainOptions terrain;
   PatchSelection selection;
+  std::string morph = "on";
   RenderStyle style;
   OutputOptions talk;
 };
@@ -128,6 +129,7 @@ class RenderCommand {
         return makeError("{}: exists already; pass --overwrite to replace it", path);
     TERRANE_ASSIGN(options_.selection.grid, parsePatchGrid(options_.patchSamples));
     options_.selection.cull = options_.cull == "on";
+    options_.selection.morph = options_.morph == "on";
     options_.selection.metric = choice(kMetrics, options_.metric);
     options_.style.mode = choice(kModes, options_.mode);
     options_.style.outline = choice(kOutlines, options_.outline);
@@ -342,6 +344,9 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
   command->add_option("--tau", options->selection.tolerancePixels, "largest error on screen, pixels")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1000.0));
+  command->add_option("--morph", options->morph, "let patches glide into being")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   command->add_option("--k", options->patchSamples, "samples along a patch's side, 2^k + 1 from 3 to 129")
       ->capture_default_str();
 

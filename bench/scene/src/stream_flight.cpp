@@ -45,8 +45,8 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
 
   StreamFlightReport report;
   const double tau = options.view.selection.tolerancePixels;
-  const auto frames = static_cast<int64_t>(std::floor(options.durationSeconds * options.framesPerSecond + 0.5));
-  int64_t measured = 0;
+  const auto frames =
+      static_cast<int64_t>(std::floor(options.durationSeconds * options.framesPerSecond + 0.5));
   for (int64_t i = 0; i <= frames; ++i) {
     const double seconds = static_cast<double>(i) * step;
     const Camera camera = cameraAt(seconds);
@@ -54,6 +54,10 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
     StreamFlightFrame frame;
     frame.seconds = seconds;
     frame.view = view.report();
+    for (const TileWish& wish : view.cut().wishes)
+      frame.debtPixels +=
+          static_cast<double>(wish.areaPixels) * std::max(0.0, static_cast<double>(wish.errorPixels) - tau);
+    report.debtPixelSeconds += frame.debtPixels * step;
     if (options.draw && !view.cut().patches.empty()) {
       const Manifest& manifest = view.manifest();
       TERRANE_ASSIGN(const std::vector<glm::dvec3> places,
@@ -63,13 +67,11 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
         const CrackMeasure cracks = measureCracksWhileLoading(truth->cover, camera, places);
         frame.cracks = cracks.cracks;
         frame.crackPixels = cracks.checked;
-        if (cracks.cracks > 0) fprintf(stderr, "CRACK frame %lld at %d %d morph ramping %d settled %d\n", (long long)i, cracks.where[0].x, cracks.where[0].y, view.cut().ramping, (int)view.isSettled());
         if (options.errorEvery > 0 && i % options.errorEvery == 0) {
           const ErrorMeasure error = measureError(truth->surface, camera, places, tau);
           frame.excessPixels = error.excessPixels;
           frame.p999Pixels = error.percentile999();
-          report.debtPixelSeconds += error.excessPixels * step * options.errorEvery;
-          ++measured;
+          report.excessPixelSeconds += error.excessPixels * step * options.errorEvery;
         }
       }
     }

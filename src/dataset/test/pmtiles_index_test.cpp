@@ -10,7 +10,6 @@
 namespace terrane {
 namespace {
 
-
 /// An archive of every `step`-th tile of the first `ids`, each with a few random bytes.
 std::vector<uint8_t> makeArchive(const std::string& path, uint64_t ids, uint64_t step) {
   std::mt19937 random(7);
@@ -70,8 +69,7 @@ TEST(PmtilesIndex, DamagedBytesAreErrorsOrPlacesWithinTheArchive) {
   std::mt19937 random(1);
   for (int turn = 0; turn < 3000; ++turn) {
     std::vector<uint8_t> damaged(firstOf(archive).begin(), firstOf(archive).end());
-    for (int change = 0; change < 3; ++change)
-      damaged[random() % 500] = static_cast<uint8_t>(random());
+    for (int change = 0; change < 3; ++change) damaged[random() % 500] = static_cast<uint8_t>(random());
     const auto index = PmtilesIndex::open(damaged, archive.size());
     if (!index.ok()) continue;
     for (uint64_t number = 0; number < 400; ++number) {

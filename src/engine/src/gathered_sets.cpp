@@ -12,8 +12,8 @@ constexpr double kMostMissingShare = 1.0;
 
 }  // namespace
 
-void GatheredSets::begin(const Camera& camera, const PatchSelection& selection,
-                         const ResidentTiles& resident, const std::function<bool(TileId)>& isHopeless) {
+void GatheredSets::begin(const Camera& camera, const PatchSelection& selection, const ResidentTiles& resident,
+                         const std::function<bool(TileId)>& isHopeless) {
   if (!set_.empty() || !needed_) return;
   std::vector<TileId> needed = needed_(camera, selection);
   // note: by address, so level by level.

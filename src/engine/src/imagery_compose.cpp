@@ -79,7 +79,8 @@ ImageryBorder imageryBorder(TileId id, int dx, int dy,
       // In the neighbour, or the own texel that is nearest.
       const int col = there != nullptr ? x - 1 - dx * kSide : std::clamp(x - 1, 0, kSide - 1);
       const int row = there != nullptr ? y - 1 - dy * kSide : std::clamp(y - 1, 0, kSide - 1);
-      const uint8_t* from = &(there != nullptr ? there : own)->rgba[static_cast<size_t>(4 * (row * kSide + col))];
+      const uint8_t* from =
+          &(there != nullptr ? there : own)->rgba[static_cast<size_t>(4 * (row * kSide + col))];
       out.rgba.insert(out.rgba.end(), from, from + 4);
     }
   }

@@ -22,7 +22,7 @@ struct ImageryView {
   const Camera& camera;
   double exaggeration;  ///< of the camera's world
   const Manifest& manifest;
-  const ResidentTiles& heights;  ///< tell how high the ground is
+  const ResidentTiles& heights;           ///< tell how high the ground is
   std::function<bool(TileId)> hasDeeper;  ///< is there a picture below a tile?
 };
 

@@ -42,9 +42,8 @@ std::optional<TileId> ResidentSet::victim(uint64_t frame) const {
 }
 
 size_t ResidentSet::neededSince(uint64_t frame) const {
-  return static_cast<size_t>(std::count_if(tiles_.begin(), tiles_.end(), [frame](const auto& entry) {
-    return entry.second.lastNeeded >= frame;
-  }));
+  return static_cast<size_t>(std::count_if(
+      tiles_.begin(), tiles_.end(), [frame](const auto& entry) { return entry.second.lastNeeded >= frame; }));
 }
 
 }  // namespace terrane

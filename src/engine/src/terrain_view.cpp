@@ -28,7 +28,8 @@ constexpr double kAroundTauFactor = 2.0;
 /// How quickly tau gives way to small caches, and comes back.
 constexpr double kMemoryRisePerSecond = 1.0;
 constexpr double kMemoryFallPerSecond = 0.1;
-constexpr double kMostMemoryFactor = 1e4;
+/// note: right under the camera no tau is large enough, so this must end.
+constexpr double kMostMemoryFactor = 64.0;
 constexpr double kRoomBeforeFall = 0.7;
 
 bool isSame(const Camera& a, const Camera& b) {
@@ -36,9 +37,8 @@ bool isSame(const Camera& a, const Camera& b) {
          a.fovyRadians == b.fovyRadians && a.width == b.width && a.height == b.height;
 }
 bool isSame(const PatchSelection& a, const PatchSelection& b) {
-  return a.grid.k == b.grid.k && a.tolerancePixels == b.tolerancePixels &&
-         a.texelPixels == b.texelPixels && a.cull == b.cull &&
-         a.morph == b.morph && a.metric == b.metric && a.exaggeration == b.exaggeration &&
+  return a.grid.k == b.grid.k && a.tolerancePixels == b.tolerancePixels && a.texelPixels == b.texelPixels &&
+         a.cull == b.cull && a.morph == b.morph && a.metric == b.metric && a.exaggeration == b.exaggeration &&
          a.nearMeters == b.nearMeters && a.levelsBelowData == b.levelsBelowData;
 }
 
@@ -63,8 +63,8 @@ class TerrainView::State {
         renderer_(renderer),
         stream_(std::move(transport), workers, streamOptions(options)),
         sets_(options.policy, options.neededTiles) {
-    control_ = FrameControl({.leastTau = options.selection.tolerancePixels,
-                             .mostTau = options.selection.tolerancePixels});
+    control_ = FrameControl(
+        {.leastTau = options.selection.tolerancePixels, .mostTau = options.selection.tolerancePixels});
   }
 
   Result<bool> update(const Camera& camera, double nowSeconds) {
@@ -136,7 +136,8 @@ class TerrainView::State {
 
   Result<bool> uploadTiles() {
     if (options_.policy == StreamPolicy::Available) {
-      TERRANE_ASSIGN(const int count, tiles_->upload(order_, options_.uploadBytesAFrame, frame_, chosenFrame_));
+      TERRANE_ASSIGN(const int count,
+                     tiles_->upload(order_, options_.uploadBytesAFrame, frame_, chosenFrame_));
       return count > 0;
     }
     // A set of tiles is drawn from when all of it is here.
@@ -189,12 +190,9 @@ class TerrainView::State {
   }
 
   static StreamWish wishFor(const TileWish& wish, double tau, double chance) {
-    return {{TileKey::kElevation, wish.tile},
-            static_cast<double>(wish.errorPixels),
-            static_cast<double>(wish.errorAfterPixels),
-            tau,
-            static_cast<double>(wish.areaPixels),
-            chance};
+    return {{TileKey::kElevation, wish.tile},           static_cast<double>(wish.errorPixels),
+            static_cast<double>(wish.errorAfterPixels), tau,
+            static_cast<double>(wish.areaPixels),       chance};
   }
 
   void wishForAvailable(const Camera& camera, const PatchSelection& selection, double nowSeconds,
@@ -207,9 +205,8 @@ class TerrainView::State {
     }
     if (options_.predict) {
       const auto isStored = [this](TileId id) { return stream_.isStored({TileKey::kElevation, id}); };
-      for (const TileWish& wish :
-           predictWishes(cut_.wishes, selection, manifest.frame, manifest.scale, camera, *tiles_, isStored,
-                         kMostPredicted)) {
+      for (const TileWish& wish : predictWishes(cut_.wishes, selection, manifest.frame, manifest.scale,
+                                                camera, *tiles_, isStored, kMostPredicted)) {
         wishes.push_back(wishFor(wish, tau, 1.0));
         order_.push_back(wish.tile);
       }
@@ -228,8 +225,7 @@ class TerrainView::State {
     PatchSelection around = selection;
     around.cull = false;
     around.tolerancePixels *= kAroundTauFactor;
-    for (const TileWish& wish :
-         selectPatches(around, manifest.frame, manifest.scale, camera, *tiles_).wishes)
+    for (const TileWish& wish : selectPatches(around, manifest.frame, manifest.scale, camera, *tiles_).wishes)
       prefetch_.push_back(wishFor(wish, around.tolerancePixels, kAroundChance));
   }
 

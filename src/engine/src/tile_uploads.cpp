@@ -82,7 +82,8 @@ Result<int> TileUploads::upload(const std::vector<TileId>& order, uint64_t budge
                                 uint64_t keepSince) {
   takePrepared();
   shortOfRoom_ = false;
-  const uint64_t bytesEach = TerrainRenderer::geometryBytesPerTile() + TerrainRenderer::lightingBytesPerTile();
+  const uint64_t bytesEach =
+      TerrainRenderer::geometryBytesPerTile() + TerrainRenderer::lightingBytesPerTile();
   int count = 0;
   for (const TileId id : order) {
     if (resident_.has(id) || !isPrepared(id, frame)) continue;

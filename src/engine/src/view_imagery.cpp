@@ -54,9 +54,9 @@ void ViewImagery::choose(const Camera& camera, double exaggeration, const Reside
                          uint64_t frame) {
   needs_.clear();
   if (!shown_) return;
-  needs_ = selectImagery({camera, exaggeration, stream_.manifest(), heights,
-                          [this](TileId id) { return hasDeeper(id); }},
-                         resident_.capacity());
+  needs_ = selectImagery(
+      {camera, exaggeration, stream_.manifest(), heights, [this](TileId id) { return hasDeeper(id); }},
+      resident_.capacity());
   for (const ImageryNeed& need : needs_) resident_.need(need.tile, frame);
 }
 

@@ -160,8 +160,7 @@ class HttpTransport final : public Transport {
     transfer->handle = handle;
     curl_easy_setopt(handle, CURLOPT_URL, transfer->url.c_str());
     if (request.bytes > 0) {
-      const std::string range =
-          fmt::format("{}-{}", request.offset, request.offset + request.bytes - 1);
+      const std::string range = fmt::format("{}-{}", request.offset, request.offset + request.bytes - 1);
       curl_easy_setopt(handle, CURLOPT_RANGE, range.c_str());
       transfer->bytes.reserve(static_cast<size_t>(std::min<uint64_t>(request.bytes, 1U << 20)));
     }
@@ -228,9 +227,9 @@ class HttpTransport final : public Transport {
     const bool isRange = status == 206 && transfer.range && transfer.range->first == request.offset &&
                          transfer.range->last - transfer.range->first + 1 == request.bytes;
     if (!isWhole && !isRange)
-      return failure(FetchProblem::Malformed,
-                     status == 200 ? "the server sends whole files where ranges are asked for"
-                                   : "the server sends another range than was asked for");
+      return failure(FetchProblem::Malformed, status == 200
+                                                  ? "the server sends whole files where ranges are asked for"
+                                                  : "the server sends another range than was asked for");
     if (transfer.bytes.size() != request.bytes)
       return failure(FetchProblem::Malformed,
                      fmt::format("has {} bytes, not {}", transfer.bytes.size(), request.bytes));

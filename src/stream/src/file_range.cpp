@@ -15,9 +15,8 @@ std::variant<std::vector<uint8_t>, FetchFailure> readFileRange(const std::string
   if (request.bytes == 0 && size > kLargestWholeFile)
     return FetchFailure{FetchProblem::Malformed, fmt::format("{}: has {} bytes, too many", path, size)};
   if (request.offset > size || bytes > size - request.offset)
-    return FetchFailure{
-        FetchProblem::Missing,
-        fmt::format("{}: ends before byte {}: copy the dataset again", path, request.offset + bytes)};
+    return FetchFailure{FetchProblem::Missing, fmt::format("{}: ends before byte {}: copy the dataset again",
+                                                           path, request.offset + bytes)};
   std::vector<uint8_t> out(static_cast<size_t>(bytes));
   file.seekg(static_cast<std::streamoff>(request.offset));
   file.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(bytes));

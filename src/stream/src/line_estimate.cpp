@@ -23,8 +23,7 @@ void LineEstimate::answered(double startedSeconds, double answeredSeconds, uint6
   // Latency: what the quickest answer took beyond its bytes.
   double quickest = 1e9;
   for (const Answer& answer : recent_) {
-    const double transfer =
-        bytesPerSecond_ > 0.0 ? static_cast<double>(answer.bytes) / bytesPerSecond_ : 0.0;
+    const double transfer = bytesPerSecond_ > 0.0 ? static_cast<double>(answer.bytes) / bytesPerSecond_ : 0.0;
     // note: while the speed is underestimated, the bytes explain too much of the time.
     const double took = answer.answered - answer.started;
     quickest = std::min(quickest, std::max({took - transfer, 0.5 * took, 1e-3}));
@@ -45,8 +44,7 @@ void LineEstimate::answered(double startedSeconds, double answeredSeconds, uint6
   if (busy > 1e-6) bytesPerSecond_ = sum / busy;
 
   // Did this one wait behind others?
-  const double transfer =
-      bytesPerSecond_ > 0.0 ? static_cast<double>(bytes) / bytesPerSecond_ : 0.0;
+  const double transfer = bytesPerSecond_ > 0.0 ? static_cast<double>(bytes) / bytesPerSecond_ : 0.0;
   const double queued = answeredSeconds - startedSeconds - latencySeconds_ - transfer;
   if (queued <= kQueueSeconds + 0.5 * latencySeconds_) {
     window_ = std::min(window_ + static_cast<double>(bytes), kMostBytes);

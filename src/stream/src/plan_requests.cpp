@@ -33,7 +33,9 @@ std::vector<PlannedRequest> planRequests(std::span<const FetchCandidate> candida
       if (taken[index] || other.alone || first.alone || other.file != first.file) return false;
       if (other.worthPerByte < limits.leastShare * first.worthPerByte) return false;
       const uint64_t otherEnd = other.offset + other.bytes;
-      const uint64_t gap = other.offset >= end ? other.offset - end : begin >= otherEnd ? begin - otherEnd : 0;
+      const uint64_t gap = other.offset >= end ? other.offset - end
+                           : begin >= otherEnd ? begin - otherEnd
+                                               : 0;
       return gap <= limits.largestGap &&
              std::max(end, otherEnd) - std::min(begin, other.offset) <= limits.bytesARequest;
     };

@@ -111,7 +111,8 @@ void TileShelf::keepWithinBudgets(uint64_t turn) {
   if (pictureBytes_ > budgets_.pictureBytes) {
     std::vector<std::pair<uint64_t, TileKey>> candidates;
     for (const auto& [key, entry] : entries_)
-      if (entry.picture != nullptr && entry.lastWanted != turn) candidates.emplace_back(entry.lastWanted, key);
+      if (entry.picture != nullptr && entry.lastWanted != turn)
+        candidates.emplace_back(entry.lastWanted, key);
     std::sort(candidates.begin(), candidates.end());
     for (const auto& [wanted, key] : candidates) {
       if (pictureBytes_ <= budgets_.pictureBytes) break;

@@ -18,16 +18,16 @@ struct ShelfEntry {
   std::shared_ptr<const std::vector<uint8_t>> payload;  ///< as it came
   std::shared_ptr<const Tile> tile;                     ///< decoded, elevation
   std::shared_ptr<const ImageryTile> picture;           ///< decoded, imagery
-  uint64_t request = 0;         ///< that will bring it; 0: none
+  uint64_t request = 0;                                 ///< that will bring it; 0: none
   bool decoding = false;
-  bool alone = false;           ///< to be fetched by itself: a request with others failed
-  bool fresh = false;           ///< to be fetched past caches: it was damaged
-  int failures = 0;             ///< in a row
-  double notBefore = 0.0;       ///< seconds: the next try
-  bool lost = false;            ///< given up, at least until notBefore
+  bool alone = false;      ///< to be fetched by itself: a request with others failed
+  bool fresh = false;      ///< to be fetched past caches: it was damaged
+  int failures = 0;        ///< in a row
+  double notBefore = 0.0;  ///< seconds: the next try
+  bool lost = false;       ///< given up, at least until notBefore
   int decodedChildren = 0;
-  uint64_t lastWanted = 0;      ///< turn
-  double keepPriority = 0.0;    ///< of the payload, GreedyDual-Size
+  uint64_t lastWanted = 0;    ///< turn
+  double keepPriority = 0.0;  ///< of the payload, GreedyDual-Size
 
   bool isDecoded() const { return tile != nullptr || picture != nullptr; }
 };
@@ -63,13 +63,21 @@ class TileShelf {
   uint64_t decodedBytes() const { return decodedBytes_; }
   uint64_t decodedTiles() const { return decodedTiles_; }
   uint64_t pictureBytes() const { return pictureBytes_; }
-  bool hasRoomToDecode() const { return decodedBytes_ < budgets_.decodedBytes / 10 * 9; }
+  /// Is there room for what may be needed later, or at least for what is needed now while `decoding` others
+  /// are being decoded? Two more than the budget may wait for a place on the GPU.
+  bool hasRoomToDecode(bool isUrgent, int decoding) const {
+    if (!isUrgent) return decodedBytes_ < budgets_.decodedBytes / 10 * 9;
+    return decodedBytes_ + static_cast<uint64_t>(decoding) * kTypicalTileBytes <
+           budgets_.decodedBytes + kTypicalTileBytes;
+  }
   uint64_t lostTiles() const;
   const std::unordered_map<TileKey, ShelfEntry, TileKeyHash>& entries() const { return entries_; }
 
   static uint64_t bytesOf(const Tile& tile);
 
  private:
+  static constexpr uint64_t kTypicalTileBytes = 340000;
+
   void dropTile(const TileKey& key, ShelfEntry& entry);
   void dropPicture(ShelfEntry& entry);
 

@@ -65,6 +65,8 @@ class TileStream::State {
     if (phase_ == StreamPhase::Opening) startOpening();
     if (phase_ != StreamPhase::Ready) return;
     pace_.update(now_, debt(), wishedBytes(), line_.bytesPerSecond());
+    // Room first: what nobody wants any more makes place for what is wanted now.
+    shelf_.keepWithinBudgets(turn_);
     startDecoding();
     // note: workers that do their jobs at once have finished by now, and their children can begin.
     for (size_t before = 0; before != statistics_.tilesDecoded;) {
@@ -73,7 +75,6 @@ class TileStream::State {
       startDecoding();
     }
     startFetching();
-    shelf_.keepWithinBudgets(turn_);
   }
 
   void want(std::span<const StreamWish> wishes) {
@@ -172,8 +173,7 @@ class TileStream::State {
           retryOrFail(request, status.error().message);
         break;
       case What::Directory:
-        if (const Status status =
-                archives_.addDirectory(request.plan.file, request.places[0], answer.bytes);
+        if (const Status status = archives_.addDirectory(request.plan.file, request.places[0], answer.bytes);
             !status.ok())
           retryDirectory(request);
         break;
@@ -338,8 +338,7 @@ class TileStream::State {
 
   double worthOf(const StreamWish& wish) const {
     const double target = wish.targetPixels * pace_.looseness();
-    const double gain =
-        std::max(0.0, wish.nowPixels - target) - std::max(0.0, wish.afterPixels - target);
+    const double gain = std::max(0.0, wish.nowPixels - target) - std::max(0.0, wish.afterPixels - target);
     const double least = kLeastWorth * std::min(wish.nowPixels, 4.0);
     return wish.chance * std::max(wish.areaPixels, 1.0) * std::max(gain, least);
   }
@@ -385,11 +384,10 @@ class TileStream::State {
   void cancelUnwanted() {
     for (auto at = underway_.begin(); at != underway_.end();) {
       const Underway& request = at->second;
-      const bool isWanted =
-          request.what != What::Tiles || std::any_of(request.keys.begin(), request.keys.end(),
-                                                     [&](const TileKey& key) {
-                                                       return shelf_.at(key).lastWanted == turn_;
-                                                     });
+      const bool isWanted = request.what != What::Tiles ||
+                            std::any_of(request.keys.begin(), request.keys.end(), [&](const TileKey& key) {
+                              return shelf_.at(key).lastWanted == turn_;
+                            });
       if (isWanted || now_ - request.started > line_.latencySeconds()) {
         ++at;
         continue;
@@ -420,8 +418,9 @@ class TileStream::State {
       if (decoding_ >= workers_.width()) return;
       ShelfEntry* entry = shelf_.find(ranked.key);
       if (entry == nullptr || entry->payload == nullptr || entry->decoding || entry->isDecoded()) continue;
-      if (!ranked.isUrgent && !shelf_.hasRoomToDecode()) continue;
-      if (ranked.key.isElevation())
+      const bool isElevation = ranked.key.isElevation();
+      if (isElevation && !shelf_.hasRoomToDecode(ranked.isUrgent, decoding_)) continue;
+      if (isElevation)
         decodeElevation(ranked.key, *entry);
       else
         decodePicture(ranked.key, *entry);
@@ -519,7 +518,10 @@ class TileStream::State {
     const auto tries = directoryTries_.find({file, place.offset});
     if (tries != directoryTries_.end() && now_ < tries->second.notBefore) return;
     if (!mayStart() || isUnderway(What::Directory, file, place.offset)) return;
-    start({.what = What::Directory, .plan = {file, place.offset, place.bytes, {}}, .keys = {}, .places = {place}},
+    start({.what = What::Directory,
+           .plan = {file, place.offset, place.bytes, {}},
+           .keys = {},
+           .places = {place}},
           {archives_.name(file), place.offset, place.bytes, false});
   }
 
@@ -538,7 +540,8 @@ class TileStream::State {
     uint64_t sum = 0;
     for (const StreamWish& wish : wishes_) {
       const ShelfEntry* entry = shelf_.find(wish.key);
-      if (wish.chance < 1.0 || (entry != nullptr && (entry->isDecoded() || entry->payload != nullptr || entry->lost)))
+      if (wish.chance < 1.0 ||
+          (entry != nullptr && (entry->isDecoded() || entry->payload != nullptr || entry->lost)))
         continue;
       sum += storedBytes(wish.key);
     }
@@ -567,8 +570,7 @@ class TileStream::State {
   Workers& workers_;
 };
 
-TileStream::TileStream(std::unique_ptr<Transport> transport, Workers& workers,
-                       const StreamOptions& options)
+TileStream::TileStream(std::unique_ptr<Transport> transport, Workers& workers, const StreamOptions& options)
     : state_(std::make_unique<State>(std::move(transport), workers, options)) {}
 TileStream::~TileStream() = default;
 

@@ -11,9 +11,9 @@ namespace {
 
 TEST(PlanRequests, NeighboursComeTogetherTheMostUrgentFirst) {
   // Wanted in this order: one far away, then three that lie side by side.
-  const std::vector<FetchCandidate> candidates = {
-      {0, 900000, 100, 9.0, false}, {0, 1000, 500, 5.0, false}, {0, 2000, 500, 4.0, false},
-      {0, 1500, 500, 3.0, false},   {1, 1500, 500, 2.9, false}, {0, 60000, 10, 2.0, false}};
+  const std::vector<FetchCandidate> candidates = {{0, 900000, 100, 9.0, false}, {0, 1000, 500, 5.0, false},
+                                                  {0, 2000, 500, 4.0, false},   {0, 1500, 500, 3.0, false},
+                                                  {1, 1500, 500, 2.9, false},   {0, 60000, 10, 2.0, false}};
   const auto plan = planRequests(candidates, {.bytes = 100000, .requests = 8});
   ASSERT_EQ(plan.size(), 4U);
   EXPECT_EQ(plan[0].offset, 900000U);

@@ -63,9 +63,10 @@ TEST_F(SimulatedLineTest, FaultsComeInTheirSharesAndAnOutageEnds) {
     line.start(id, {"data", id, 64, false});
     std::vector<FetchAnswer> answers = line.poll(now += 0.01);
     for (const FetchAnswer& answer : answers) {
-      const bool isTrue = !answer.failure && std::equal(answer.bytes.begin(), answer.bytes.end(),
-                                                        bytes_.begin() + static_cast<ptrdiff_t>(answer.id),
-                                                        [](uint8_t a, char b) { return a == static_cast<uint8_t>(b); });
+      const bool isTrue =
+          !answer.failure && std::equal(answer.bytes.begin(), answer.bytes.end(),
+                                        bytes_.begin() + static_cast<ptrdiff_t>(answer.id),
+                                        [](uint8_t a, char b) { return a == static_cast<uint8_t>(b); });
       ++kinds[answer.failure ? 1 + static_cast<int>(answer.failure->problem) : isTrue ? 0 : -1];
     }
   }

@@ -28,9 +28,11 @@ class TileStreamTest : public ::testing::Test {
     options.output = folder_->file("made.terrane");
     const auto hills = [](int64_t x, int64_t y) {
       const double u = static_cast<double>(x), v = static_cast<double>(y);
-      return static_cast<float>(300.0 * std::sin(u / 61.0) * std::cos(v / 83.0) + 20.0 * std::sin(u / 5.0 + v / 7.0));
+      return static_cast<float>(300.0 * std::sin(u / 61.0) * std::cos(v / 83.0) +
+                                20.0 * std::sin(u / 5.0 + v / 7.0));
     };
-    const FunctionSource source({{.level = 3, .x0 = 0, .y0 = 0, .x1 = 1600, .y1 = 1400, .height = hills}}, 0.1, 0.05);
+    const FunctionSource source({{.level = 3, .x0 = 0, .y0 = 0, .x1 = 1600, .y1 = 1400, .height = hills}},
+                                0.1, 0.05);
     SilentProgress silent;
     const auto built = buildDataset(source, options, silent);
     ASSERT_TRUE(built.ok()) << built.error().message;
@@ -84,7 +86,8 @@ class TileStreamTest : public ::testing::Test {
       return now - begun;
     }
   };
-  static Streaming streaming(LineModel model, const StreamOptions& options = {}, const LineFaults& faults = {}) {
+  static Streaming streaming(LineModel model, const StreamOptions& options = {},
+                             const LineFaults& faults = {}) {
     Streaming out;
     auto line = std::make_unique<SimulatedLine>(dataset_->directory(), model, faults);
     out.line = line.get();
@@ -149,7 +152,8 @@ TEST_F(TileStreamTest, WhatIsWorthMoreComesFirst) {
   for (const auto& [id, tile] : truth())
     if (id.level == 2) finest.push_back(id);
   std::vector<StreamWish> wishes;
-  for (size_t i = 0; i < finest.size(); ++i) wishes.push_back(wishFor(finest[i], 4.0, i + 1 == finest.size() ? 1e6 : 10.0));
+  for (size_t i = 0; i < finest.size(); ++i)
+    wishes.push_back(wishFor(finest[i], 4.0, i + 1 == finest.size() ? 1e6 : 10.0));
   s.stream->want(wishes);
   s.settle(300.0);
   std::vector<TileId> order;
@@ -243,7 +247,8 @@ TEST_F(TileStreamTest, WhatIsMissingForGoodIsRememberedAndAllElseComes) {
   uint64_t lost = 0;
   for (const auto& [id, tile] : truth()) {
     bool canCome = true;
-    for (int level = 0; level <= id.level; ++level) canCome = canCome && !s.stream->isLost({TileKey::kElevation, id.ancestor(level)});
+    for (int level = 0; level <= id.level; ++level)
+      canCome = canCome && !s.stream->isLost({TileKey::kElevation, id.ancestor(level)});
     if (canCome) expectTrue(*s.stream, id);
     lost += s.stream->isLost({TileKey::kElevation, id}) ? 1 : 0;
   }
@@ -285,8 +290,10 @@ TEST_F(TileStreamTest, ABrokenDatasetFailsWithWords) {
   const auto workers = makeInlineWorkers();
   for (const bool present : {true, false}) {
     if (!present) std::filesystem::remove(file);
-    TileStream stream(std::make_unique<SimulatedLine>(file.substr(0, file.rfind('/')), LineModel{}), *workers);
-    for (double now = 0.0; now < 120.0 && stream.phase() == StreamPhase::Opening; now += 0.05) stream.poll(now);
+    TileStream stream(std::make_unique<SimulatedLine>(file.substr(0, file.rfind('/')), LineModel{}),
+                      *workers);
+    for (double now = 0.0; now < 120.0 && stream.phase() == StreamPhase::Opening; now += 0.05)
+      stream.poll(now);
     EXPECT_EQ(stream.phase(), StreamPhase::Failed);
     EXPECT_NE(stream.problem().find("manifest.json"), std::string::npos) << stream.problem();
   }

@@ -20,10 +20,10 @@ struct ErrorMeasure {
   int64_t pixels = 0;  ///< that show ground where the reference has ground too
   double maxPixels = 0.0;
   double sumOfSquares = 0.0;
-  int64_t aboveTau = 0;      ///< pixels with more than tau
+  int64_t aboveTau = 0;       ///< pixels with more than tau
   double excessPixels = 0.0;  ///< the sum of what pixels have above tau
-  glm::ivec2 maxAt{0};       ///< the pixel with the largest error
-  glm::dvec3 maxPoint{0.0};  ///< what is drawn there
+  glm::ivec2 maxAt{0};        ///< the pixel with the largest error
+  glm::dvec3 maxPoint{0.0};   ///< what is drawn there
 
   double rms() const;
   /// The error that 99.9 % of the pixels stay below, to a hundredth of a pixel.

@@ -24,24 +24,26 @@ struct StreamFlightOptions {
   int height = 360;
   double framesPerSecond = 60.0;
   double durationSeconds = 10.0;
-  bool begunAtRest = true;         ///< what the first camera needs has come before; else only directories have
-  bool draw = true;                ///< draw positions in each frame and count cracks
-  int errorEvery = 6;              ///< frames between those whose error is measured; 0: none
+  bool begunAtRest = true;  ///< what the first camera needs has come before; else only directories have
+  bool draw = true;         ///< draw positions in each frame and count cracks
+  int errorEvery = 6;       ///< frames between those whose error is measured; 0: none
 };
 
 struct StreamFlightFrame {
   double seconds = 0.0;
   ViewReport view;
   int64_t cracks = 0;
-  int64_t crackPixels = 0;      ///< that were looked at
-  int64_t groundPixels = 0;     ///< that show ground
-  double excessPixels = -1.0;   ///< error above tau, summed over the picture; negative: not measured
-  double p999Pixels = -1.0;     ///< error that 99.9 % of the pixels stay below
+  int64_t crackPixels = 0;     ///< that were looked at
+  int64_t groundPixels = 0;    ///< that show ground
+  double debtPixels = 0.0;     ///< bound of the error above tau of what waits for tiles, times its pixels
+  double excessPixels = -1.0;  ///< error above tau, summed over the picture; negative: not measured
+  double p999Pixels = -1.0;    ///< error that 99.9 % of the pixels stay below
 };
 
 struct StreamFlightReport {
   std::vector<StreamFlightFrame> frames;
-  double debtPixelSeconds = 0.0;  ///< of error above tau, over all pixels and the flight
+  double debtPixelSeconds = 0.0;    ///< of debtPixels, over the flight
+  double excessPixelSeconds = 0.0;  ///< of the true error above tau, over all pixels and the flight
   int64_t cracks = 0;
   int64_t crackPixels = 0;
   int framesUntilUsed = 0;

@@ -13,8 +13,8 @@ class FrameControl {
     double targetSeconds = 1.0 / 60.0;  ///< of a frame
     double leastTau = 1.0;              ///< pixels; where both bounds are equal tau is fixed
     double mostTau = 1.0;
-    double deadBand = 0.05;     ///< shares of the target that frames may be off without any change
-    double slewPerSecond = 0.1; ///< tau changes by at most this share a second, so that morphing hides it
+    double deadBand = 0.05;      ///< shares of the target that frames may be off without any change
+    double slewPerSecond = 0.1;  ///< tau changes by at most this share a second, so that morphing hides it
   };
   FrameControl() : FrameControl(Options{}) {}
   explicit FrameControl(const Options& options) : options_(options), tau_(options.leastTau) {}

@@ -28,8 +28,8 @@ struct ViewOptions {
   uint64_t gpuTextureBytes = 512U << 20;   ///< lighting and imagery on the GPU
   uint64_t uploadBytesAFrame = 8U << 20;   ///< at least one tile
   bool showImagery = true;
-  bool prefetch = true;      ///< what a turn, or the way ahead, will need
-  bool predict = true;       ///< whole chains of descendants in one round trip
+  bool prefetch = true;  ///< what a turn, or the way ahead, will need
+  bool predict = true;   ///< whole chains of descendants in one round trip
   StreamPolicy policy = StreamPolicy::Available;
   /// Only for the other policies: the tiles that a camera needs with everything known. (Terrender's client
   /// holds the errors of the whole terrain; ours come with the tiles.)
@@ -39,15 +39,15 @@ struct ViewOptions {
 /// What a frame of a view was made of. Sums are since the view was made.
 struct ViewReport {
   StreamStatistics stream;
-  double tau = 1.0;             ///< that was selected with, memory's share included
-  double memoryFactor = 1.0;    ///< by how much tau is larger since the caches are small
+  double tau = 1.0;           ///< that was selected with, memory's share included
+  double memoryFactor = 1.0;  ///< by how much tau is larger since the caches are small
   int64_t patches = 0;
   int64_t triangles = 0;
-  double errorPixels = 0.0;     ///< bound over all patches in view
-  int ramping = 0;              ///< diamonds that are fading in
+  double errorPixels = 0.0;  ///< bound over all patches in view
+  int ramping = 0;           ///< diamonds that are fading in
   uint64_t tilesOnGpu = 0;
   uint64_t imageryOnGpu = 0;
-  uint64_t gpuBytes = 0;        ///< reserved
+  uint64_t gpuBytes = 0;  ///< reserved
   uint64_t tilesUploaded = 0;
   uint64_t imageryUploaded = 0;
   int mostFramesUntilUsed = 0;  ///< between a wished tile being decoded and it being drawn from
@@ -59,8 +59,8 @@ struct ViewReport {
 /// renderer's context.
 class TerrainView {
  public:
-  /// All three must outlive the view. Without a `renderer` nothing is uploaded, and all that is decoded counts
-  /// as drawable: for measuring without drawing.
+  /// All three must outlive the view. Without a `renderer` nothing is uploaded, and all that is decoded
+  /// counts as drawable: for measuring without drawing.
   TerrainView(std::unique_ptr<Transport> transport, Workers& workers, TerrainRenderer* renderer,
               const ViewOptions& options = {});
   ~TerrainView();

@@ -24,11 +24,11 @@ struct PlannedRequest {
 };
 
 struct RequestLimits {
-  uint64_t bytes = 0;             ///< that may be started now; the first request may exceed it
-  int requests = 0;               ///< that may be started now
+  uint64_t bytes = 0;  ///< that may be started now; the first request may exceed it
+  int requests = 0;    ///< that may be started now
   uint64_t bytesARequest = 128U << 10;
-  uint64_t largestGap = 4096;     ///< bytes that nobody wants, fetched along to save a request
-  double leastShare = 0.1;        ///< of the first one's worth a byte that a neighbour must have
+  uint64_t largestGap = 4096;  ///< bytes that nobody wants, fetched along to save a request
+  double leastShare = 0.1;     ///< of the first one's worth a byte that a neighbour must have
 };
 
 /// Which requests to start, most urgent first. `candidates` stand in the order in which they are wanted;

@@ -52,7 +52,7 @@ class SimulatedLine final : public Transport {
     FetchAnswer answer;
     double readySeconds = 0.0;  ///< when its first byte can be here
     double bytesLeft = 0.0;
-    double lateSeconds = 0.0;   ///< after its last byte
+    double lateSeconds = 0.0;  ///< after its last byte
     bool takesLine = true;
   };
   FetchAnswer read(uint64_t id, const FetchRequest& request) const;

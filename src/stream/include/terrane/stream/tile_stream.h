@@ -22,7 +22,7 @@ struct StreamWish {
   double afterPixels = 0.0;   ///< the same once it is
   double targetPixels = 1.0;  ///< what is aimed at
   double areaPixels = 0.0;    ///< of the picture, that it concerns
-  double chance = 1.0;        ///< that it is seen when it arrives; below 1: fetched when nothing else is wanted
+  double chance = 1.0;  ///< that it is seen when it arrives; below 1: fetched when nothing else is wanted
 };
 
 struct StreamOptions {
@@ -36,28 +36,28 @@ struct StreamOptions {
 enum class StreamPhase : uint8_t {
   Opening,  ///< manifest and directories are on the way
   Ready,
-  Failed,   ///< for good: error() says why
+  Failed,  ///< for good: error() says why
 };
 
 struct StreamStatistics {
-  uint64_t requests = 0;        ///< started
+  uint64_t requests = 0;  ///< started
   uint64_t requestsFailed = 0;
   uint64_t requestsCancelled = 0;
   uint64_t bytesReceived = 0;
-  uint64_t bytesUnwanted = 0;   ///< of these, gaps and what was not wanted any more
+  uint64_t bytesUnwanted = 0;  ///< of these, gaps and what was not wanted any more
   uint64_t tilesReceived = 0;
   uint64_t tilesDecoded = 0;
-  uint64_t tilesDamaged = 0;    ///< that could not be decoded, each time
-  uint64_t tilesLost = 0;       ///< now given up: a coarser surface stands for them
+  uint64_t tilesDamaged = 0;  ///< that could not be decoded, each time
+  uint64_t tilesLost = 0;     ///< now given up: a coarser surface stands for them
   uint64_t requestsUnderway = 0;
   uint64_t bytesUnderway = 0;
-  uint64_t wishes = 0;          ///< of the last want() that are neither here nor given up
+  uint64_t wishes = 0;  ///< of the last want() that are neither here nor given up
   uint64_t wishedBytes = 0;
-  double debt = 0.0;            ///< pixels of error above target, times the pixels that have them
-  double looseness = 1.0;       ///< by how much the target is missed on purpose, since the line cannot keep up
+  double debt = 0.0;       ///< pixels of error above target, times the pixels that have them
+  double looseness = 1.0;  ///< by how much the target is missed on purpose, since the line cannot keep up
   double bytesPerSecond = 0.0;  ///< of the line, estimated
   double latencySeconds = 0.0;
-  bool isOffline = false;       ///< the last tries found no server
+  bool isOffline = false;  ///< the last tries found no server
   uint64_t compressedBytes = 0, compressedHits = 0;
   uint64_t decodedBytes = 0, decodedTiles = 0;
   uint64_t pictureBytes = 0;
@@ -73,8 +73,7 @@ struct StreamStatistics {
 class TileStream {
  public:
   /// `workers` must outlive the stream.
-  TileStream(std::unique_ptr<Transport> transport, Workers& workers,
-             const StreamOptions& options = {});
+  TileStream(std::unique_ptr<Transport> transport, Workers& workers, const StreamOptions& options = {});
   ~TileStream();
   TileStream(const TileStream&) = delete;
   TileStream& operator=(const TileStream&) = delete;

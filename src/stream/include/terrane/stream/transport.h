@@ -12,10 +12,10 @@ namespace terrane {
 
 /// Some bytes of one of a dataset's files.
 struct FetchRequest {
-  std::string file;     ///< "manifest.json", "elevation.pmtiles"
+  std::string file;  ///< "manifest.json", "elevation.pmtiles"
   uint64_t offset = 0;
-  uint64_t bytes = 0;   ///< 0: the whole file, kLargestWholeFile at most
-  bool fresh = false;   ///< past all caches on the way: what came before was damaged
+  uint64_t bytes = 0;  ///< 0: the whole file, kLargestWholeFile at most
+  bool fresh = false;  ///< past all caches on the way: what came before was damaged
 };
 inline constexpr uint64_t kLargestWholeFile = 64U << 20;
 
