@@ -142,6 +142,7 @@ void ErrorMeasure::add(const ErrorMeasure& other) {
   pixels += other.pixels;
   sumOfSquares += other.sumOfSquares;
   aboveTau += other.aboveTau;
+  excessPixels += other.excessPixels;
   histogram.resize(std::max(histogram.size(), other.histogram.size()), 0);
   for (size_t bin = 0; bin < other.histogram.size(); ++bin) histogram[bin] += other.histogram[bin];
 }
@@ -170,6 +171,7 @@ ErrorMeasure measureError(const ReferenceSurface& surface, const Camera& camera,
           ++part.pixels;
           part.sumOfSquares += error * error;
           if (error > tauPixels) ++part.aboveTau;
+          part.excessPixels += std::max(0.0, error - tauPixels);
           const auto bin = static_cast<size_t>(error * ErrorMeasure::kBinsPerPixel);
           ++part.histogram[std::min(bin, part.histogram.size() - 1)];
           if (error > part.maxPixels) {

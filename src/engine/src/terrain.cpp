@@ -75,7 +75,10 @@ std::string Terrain::rendererName() const {
 }
 
 GroundBox Terrain::groundBox() const {
-  const Manifest& manifest = state_->dataset.manifest();
+  return groundBoxOf(state_->dataset.manifest());
+}
+
+GroundBox groundBoxOf(const Manifest& manifest) {
   const glm::dvec2 southEast = manifest.frame.localFromSample(
       {static_cast<double>(manifest.extentCols - 1), static_cast<double>(manifest.extentRows - 1)});
   return {{0.0, southEast.y, manifest.minHeight}, {southEast.x, 0.0, manifest.maxHeight}};

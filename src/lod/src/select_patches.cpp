@@ -17,7 +17,7 @@ namespace terrane {
 
 namespace {
 
-/// More pixels than this a texel of the finest shading tile that a patch can have may not cover.
+/// More of the aimed at sizes than this a texel of the finest shading tile that a patch can have may not cover.
 constexpr double kShadingTexelPixels = 1.5;
 /// A diamond's error is larger than its children's by at least this factor: one step of error codes (strict
 /// saturation).
@@ -215,7 +215,7 @@ class Selector {
       case SplitMetric::Full: {
         const double byError = out.errorPixels / splitPixels_;
         const double texel = texelPixels(d.level, prism);
-        const double byTexel = texel / kShadingTexelPixels;
+        const double byTexel = texel / (kShadingTexelPixels * selection_.texelPixels);
         // Code 255 says "beyond what codes can tell": always worth a split.
         const bool beyondCodes = code.error == 255 && out.errorPixels > 0.0;
         out.excess = std::max(byError, byTexel);
@@ -370,7 +370,7 @@ class Selector {
     const int deepest = std::min(t.diamond.level / 2, finestLevel_);
     for (int level = patch.tile.level; level < deepest; ++level) {
       const double texel = metric_.lengthPixels(judged.own, tileSpacing(level));
-      if (texel <= 1.0) break;
+      if (texel <= selection_.texelPixels) break;
       const TileId finer = lattice_.tileOf(t, level + 1);
       const Residency residency = info(finer).residency;
       if (residency == Residency::Missing) {

@@ -10,6 +10,7 @@ out vec3 vPlace;    // from the eye, metres
 out vec2 vShading;  // cells of the shading tile
 out vec2 vGrid;     // cells of the patch: the right angle's legs are its axes in both templates
 out float vHeight;  // metres
+flat out vec4 vShadingBox;  // the patch's least and greatest cells
 flat out ivec4 vLayers;
 flat out int vImagery;
 flat out float vShadingScale;
@@ -28,6 +29,9 @@ void main() {
   vPlace = place;
   vHeight = height;
   vShading = aShading.xy + vec2(turned) * aShading.z;
+  int n = uStyle.z;
+  vec2 end = aShading.xy + vec2(rotateQuarters(uTemplate == 0 ? ivec2(n) : ivec2(2 * n, n), aLattice.w)) * aShading.z;
+  vShadingBox = vec4(min(aShading.xy, end), max(aShading.xy, end));
   vGrid = uTemplate == 0 ? vec2(aTemplate) : vec2(aTemplate.x + aTemplate.y, aTemplate.x - aTemplate.y) * 0.5;
   vLayers = aLayers;
   vImagery = aImagery.x;

@@ -4,6 +4,7 @@
 // of it, and what is interpolated there can be kilometres beyond its corners. The patch's own coordinates are
 // kept within the triangle's neighbourhood, and the drawn surface is evaluated at them.
 in vec2 vShading;
+flat in vec4 vShadingBox;
 in vec2 vGrid;
 flat in ivec4 vLayers;
 flat in ivec4 vLattice;
@@ -22,7 +23,7 @@ vec3 placeOf(ivec2 grid) {
 }
 
 void main() {
-  if (!isGround(vShading, vLayers.y)) discard;
+  if (!isGround(clamp(vShading, vShadingBox.xy, vShadingBox.zw), vLayers.y)) discard;
 
   // Inside the triangle's neighbourhood, then inside the patch.
   float n = float(uStyle.z);

@@ -1,6 +1,7 @@
 // The ground's colour: a ramp lit by sun and sky, or one of the other modes, with outlines and haze over it.
 in vec3 vPlace;
 in vec2 vShading;
+flat in vec4 vShadingBox;
 in vec2 vGrid;
 in float vHeight;
 flat in ivec4 vLayers;
@@ -107,7 +108,8 @@ void main() {
   vec2 cellsDy = dFdy(vShading);
   vec2 gridDx = dFdx(vGrid);
   vec2 gridDy = dFdy(vGrid);
-  vec2 cells = clamp(vShading, 0.0, 256.0);
+  // note: where a triangle is seen edge-on, what is interpolated may lie far outside of the patch.
+  vec2 cells = clamp(vShading, vShadingBox.xy, vShadingBox.zw);
   if (!isGround(cells, vLayers.y)) discard;
 
   vec3 normal = shadingNormal(cells, cellsDx, cellsDy);

@@ -39,6 +39,13 @@ Status ImageryStore::upload(TileId id, std::span<const uint8_t> rgba) {
   return {};
 }
 
+void ImageryStore::update(TileId id, const gpu::TexelRect& rect, std::span<const uint8_t> rgba) {
+  TERRANE_CHECK(rgba.size() == size_t{4} * static_cast<size_t>(rect.width * rect.height), "{} bytes",
+                rgba.size());
+  const auto found = layers_.find(id);
+  if (found != layers_.end() && found->second >= 0) texels_.upload(found->second, rect, rgba.data());
+}
+
 void ImageryStore::drop(TileId id) {
   const auto found = layers_.find(id);
   if (found == layers_.end()) return;

@@ -30,6 +30,10 @@ class ImageryStore {
 
   explicit ImageryStore(const gpu::Context& context);
 
+  /// Room for so many tiles.
+  Status reserve(int tiles) { return texels_.reserve(context_, tiles, gpu::Growth::Exact); }
+  /// Replaces some texels of a tile that has a picture.
+  void update(TileId id, const gpu::TexelRect& rect, std::span<const uint8_t> rgba);
   /// kBordered x kBordered texels, or none: there is no picture on this tile.
   Status upload(TileId id, std::span<const uint8_t> rgba);
   void drop(TileId id);

@@ -198,8 +198,26 @@ Result<std::unique_ptr<TerrainRenderer>> TerrainRenderer::create(gpu::Context& c
   return std::unique_ptr<TerrainRenderer>(new TerrainRenderer(std::move(parts)));
 }
 
+Status TerrainRenderer::reserve(int tiles, int imageryTiles) {
+  TERRANE_TRY(parts_->tiles.reserve(tiles));
+  return parts_->imagery.reserve(imageryTiles);
+}
+size_t TerrainRenderer::geometryBytesPerTile() {
+  return kTileSampleCount * sizeof(float) + Coverage::kBytes;
+}
+size_t TerrainRenderer::lightingBytesPerTile() {
+  return size_t{kAtlasWidth} * kAtlasHeight * sizeof(PackedGradient);
+}
+size_t TerrainRenderer::imageryBytesPerTile() {
+  return size_t{4} * kImageryUploadSide * kImageryUploadSide;
+}
+
+Status TerrainRenderer::uploadTile(TileId id, const Tile& tile,
+                                   std::shared_ptr<const PreparedTile> prepared) {
+  return parts_->tiles.upload(id, tile.samples, *prepared);
+}
 Status TerrainRenderer::uploadTile(TileId id, const Tile& tile) {
-  return parts_->tiles.upload(id, tile.samples);
+  return uploadTile(id, tile, prepareTile(tile));
 }
 bool TerrainRenderer::hasTile(TileId id) const {
   return parts_->tiles.find(id) != nullptr;
@@ -216,6 +234,10 @@ size_t TerrainRenderer::gpuBytes() const {
 
 Status TerrainRenderer::uploadImagery(TileId id, std::span<const uint8_t> rgba) {
   return parts_->imagery.upload(id, rgba);
+}
+void TerrainRenderer::updateImagery(TileId id, int x, int y, int width, int height,
+                                    std::span<const uint8_t> rgba) {
+  parts_->imagery.update(id, {x, y, width, height}, rgba);
 }
 bool TerrainRenderer::hasImagery(TileId id) const {
   return parts_->imagery.has(id);

@@ -85,14 +85,27 @@ Coverage shownCells(const TileSamples& samples) {
 
 }  // namespace
 
-Status TileStore::upload(TileId id, const TileSamples& samples) {
+std::shared_ptr<const PreparedTile> prepareTile(const Tile& tile) {
+  auto out = std::make_shared<PreparedTile>();
+  out->shown = shownCells(tile.samples);
+  out->shading = makeTileShading(tile.samples.heights, out->shown);
+  return out;
+}
+
+Status TileStore::reserve(int tiles) {
+  TERRANE_TRY(heights_.reserve(context_, tiles, gpu::Growth::Exact));
+  TERRANE_TRY(gradients_.reserve(context_, tiles, gpu::Growth::Exact));
+  return coverage_.reserve(context_, tiles, gpu::Growth::Exact);
+}
+
+Status TileStore::upload(TileId id, const TileSamples& samples, const PreparedTile& prepared) {
   TERRANE_CHECK(id.valid(), "{}", toString(id));
   TERRANE_CHECK(samples.heights.size() == static_cast<size_t>(kTileSampleCount), "{} heights",
                 samples.heights.size());
   TERRANE_CHECK(
       samples.coverage.kind != Coverage::Kind::Partial || samples.coverage.bits.size() == Coverage::kBytes,
       "{} bytes", samples.coverage.bits.size());
-  const Coverage shown = shownCells(samples);
+  const Coverage& shown = prepared.shown;
   const bool partial = shown.kind == Coverage::Kind::Partial;
   drop(id);
 
@@ -113,11 +126,10 @@ Status TileStore::upload(TileId id, const TileSamples& samples) {
                      room.error().message);
   }
 
-  TileShading shading = makeTileShading(samples.heights, shown);
   heights_.uploadLayer(entry.layer, samples.heights.data());
-  gradients_.uploadLayer(entry.layer, shading.atlas.data());
+  gradients_.uploadLayer(entry.layer, prepared.shading.atlas.data());
   if (partial) coverage_.uploadLayer(entry.coverageLayer, shown.bits.data());
-  entry.borders = std::move(shading.borders);
+  entry.borders = prepared.shading.borders;
   tiles_.emplace(id, std::move(entry));
   markAround(id);
   return {};

@@ -10,10 +10,17 @@
 #include "terrane/gpu/context.h"
 #include "terrane/gpu/program.h"
 #include "terrane/gpu/texture.h"
+#include "terrane/render/terrain_renderer.h"
 #include "terrane/tiling/tile_id.h"
 #include "tile_shading.h"
 
 namespace terrane {
+
+/// See terrain_renderer.h.
+struct PreparedTile {
+  Coverage shown;
+  TileShading shading;
+};
 
 /// Layer numbers that are free or taken.
 class LayerPool {
@@ -43,8 +50,10 @@ class TileStore {
 
   explicit TileStore(const gpu::Context& context);
 
+  /// Room for so many tiles, whatever their coverage.
+  Status reserve(int tiles);
   /// Puts a tile there, replacing one of the same address.
-  Status upload(TileId id, const TileSamples& samples);
+  Status upload(TileId id, const TileSamples& samples, const PreparedTile& prepared);
   void drop(TileId id);
   const Entry* find(TileId id) const;
   size_t tileCount() const { return tiles_.size(); }

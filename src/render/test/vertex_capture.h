@@ -114,7 +114,8 @@ inline void uploadAllTiles(const MadeUpWorld& world, TileStore& tiles) {
     for (int row = 0; row < 1 << level; ++row) {
       for (int col = 0; col < 1 << level; ++col) {
         const TileId id{level, col, row};
-        const Status uploaded = tiles.upload(id, world.tile(id).samples);
+        const Tile tile = world.tile(id);
+        const Status uploaded = tiles.upload(id, tile.samples, *prepareTile(tile));
         TERRANE_CHECK(uploaded.ok(), "{}", uploaded.error().message);
       }
     }

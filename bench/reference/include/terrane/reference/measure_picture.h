@@ -21,6 +21,7 @@ struct ErrorMeasure {
   double maxPixels = 0.0;
   double sumOfSquares = 0.0;
   int64_t aboveTau = 0;      ///< pixels with more than tau
+  double excessPixels = 0.0;  ///< the sum of what pixels have above tau
   glm::ivec2 maxAt{0};       ///< the pixel with the largest error
   glm::dvec3 maxPoint{0.0};  ///< what is drawn there
 

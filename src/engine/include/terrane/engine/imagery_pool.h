@@ -47,8 +47,6 @@ class ImageryPool {
     bool has(TileId id) const;
   };
   bool hasDeeper(TileId id) const;
-  bool collect(const Camera& camera, double exaggeration, const TilePool& heights, double texelPixels,
-               std::vector<TileId>& out) const;
   Result<std::unique_ptr<ImageryTile>> make(TileId id, uint64_t& bytes) const;
 
   const Dataset* dataset_;

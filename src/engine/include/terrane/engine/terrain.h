@@ -53,6 +53,9 @@ struct FrameReport {
   double drawMilliseconds = 0.0;  ///< uploading, drawing and, for a picture, reading it back
 };
 
+/// The box around a dataset's ground, in local coordinates.
+GroundBox groundBoxOf(const Manifest& manifest);
+
 /// A dataset that can be looked at: dataset, resident tiles, selection and drawing behind one door. This is
 /// the engine that the command line, and later the window and the browser, stand on. One thread.
 class Terrain {

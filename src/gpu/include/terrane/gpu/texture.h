@@ -52,6 +52,9 @@ struct TexelRect {
   int height = 0;
 };
 
+/// How a texture array grows: ahead of what is asked for, so that it seldom does, or to just that.
+enum class Growth : uint8_t { Ahead, Exact };
+
 /// Pictures of one size and format, addressed by layer, without mipmaps. It grows in steps; growing keeps
 /// what is there (a copy on the GPU).
 class TextureArray {
@@ -67,7 +70,7 @@ class TextureArray {
 
   /// Makes room for at least `layers` layers. Fails where the driver's memory or its limit is exceeded, and
   /// leaves the array as it was.
-  Status reserve(const Context& context, int layers);
+  Status reserve(const Context& context, int layers, Growth growth = Growth::Ahead);
   /// Replaces a rectangle of a layer; `texels` are row by row in the array's format.
   void upload(int layer, const TexelRect& rect, const void* texels);
   void uploadLayer(int layer, const void* texels) { upload(layer, {0, 0, width_, height_}, texels); }

@@ -29,6 +29,7 @@ enum class SplitMetric : uint8_t {
 struct PatchSelection {
   PatchGrid grid;                ///< K
   double tolerancePixels = 1.0;  ///< tau, > 0
+  double texelPixels = 1.0;      ///< size of a texel of lighting on screen that is aimed at, > 0
   bool cull = true;              ///< leave out what is outside the frustum
   bool morph = true;             ///< let patches glide into being; only for SplitMetric::Full
   SplitMetric metric = SplitMetric::Full;

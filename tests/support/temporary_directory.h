@@ -16,7 +16,7 @@ class TemporaryDirectory {
   TemporaryDirectory() {
     static std::atomic<int> count{0};
     path_ = std::filesystem::temp_directory_path() /
-            ("terrane_dataset_test_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
+            ("terrane_test_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
     std::filesystem::create_directories(path_);
   }
   ~TemporaryDirectory() {

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "terrane/engine/terrain.h"
+#include "terrane/engine/terrain_view.h"
+#include "terrane/gpu/context.h"
+#include "terrane/reference/measure_picture.h"
+#include "terrane/reference/reference_surface.h"
+#include "terrane/stream/simulated_line.h"
+
+namespace terrane {
+
+/// A flight over a dataset that comes over a simulated line, in simulated time: the same in every run.
+struct StreamFlightOptions {
+  LineModel line;
+  LineFaults faults;
+  ViewOptions view;
+  int width = 640;
+  int height = 360;
+  double framesPerSecond = 60.0;
+  double durationSeconds = 10.0;
+  bool begunAtRest = true;         ///< what the first camera needs has come before; else only directories have
+  bool draw = true;                ///< draw positions in each frame and count cracks
+  int errorEvery = 6;              ///< frames between those whose error is measured; 0: none
+};
+
+struct StreamFlightFrame {
+  double seconds = 0.0;
+  ViewReport view;
+  int64_t cracks = 0;
+  int64_t crackPixels = 0;      ///< that were looked at
+  int64_t groundPixels = 0;     ///< that show ground
+  double excessPixels = -1.0;   ///< error above tau, summed over the picture; negative: not measured
+  double p999Pixels = -1.0;     ///< error that 99.9 % of the pixels stay below
+};
+
+struct StreamFlightReport {
+  std::vector<StreamFlightFrame> frames;
+  double debtPixelSeconds = 0.0;  ///< of error above tau, over all pixels and the flight
+  int64_t cracks = 0;
+  int64_t crackPixels = 0;
+  int framesUntilUsed = 0;
+  uint64_t tilesSpoilt = 0;  ///< answers that the line spoilt
+};
+
+/// What a flight is measured against.
+struct StreamTruth {
+  const ReferenceSurface& surface;
+  const ReferenceSurface::Cover& cover;
+};
+
+/// Flies with the camera of each time. `renderer` may be null if nothing is drawn; a renderer that was used
+/// before must be one without tiles. Errors: the dataset, the GPU.
+Result<StreamFlightReport> flyStream(const std::string& dataset,
+                                     const std::function<Camera(double seconds)>& cameraAt,
+                                     const StreamTruth* truth, gpu::Context* context,
+                                     const StreamFlightOptions& options);
+
+/// The tiles that a camera needs with everything known, ancestors included: what StreamPolicy's other rules
+/// go by. Loads them into `terrain`, which must outlive the result.
+std::function<std::vector<TileId>(const Camera&, const PatchSelection&)> neededTilesOf(Terrain& terrain);
+
+}  // namespace terrane

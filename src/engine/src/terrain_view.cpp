@@ -1,0 +1,334 @@
+#include "terrane/engine/terrain_view.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <unordered_set>
+#include <utility>
+
+#include "gathered_sets.h"
+#include "terrane/engine/terrain.h"
+#include "terrane/lod/predict_wishes.h"
+#include "tile_uploads.h"
+#include "view_imagery.h"
+#include "view_prefetch.h"
+
+namespace terrane {
+namespace {
+
+/// Guessed descendants that are wished for along.
+constexpr size_t kMostPredicted = 400;
+/// What is ahead, and around, is looked at so often.
+constexpr double kPrefetchSeconds = 0.15;
+constexpr double kAheadChance = 0.5;
+constexpr double kAroundChance = 0.1;
+/// Around the camera, behind it too, something coarser will do for the moment after a turn.
+constexpr double kAroundTauFactor = 2.0;
+/// How quickly tau gives way to small caches, and comes back.
+constexpr double kMemoryRisePerSecond = 1.0;
+constexpr double kMemoryFallPerSecond = 0.1;
+constexpr double kMostMemoryFactor = 1e4;
+constexpr double kRoomBeforeFall = 0.7;
+
+bool isSame(const Camera& a, const Camera& b) {
+  return a.eyeLocal == b.eyeLocal && a.right == b.right && a.up == b.up && a.forward == b.forward &&
+         a.fovyRadians == b.fovyRadians && a.width == b.width && a.height == b.height;
+}
+bool isSame(const PatchSelection& a, const PatchSelection& b) {
+  return a.grid.k == b.grid.k && a.tolerancePixels == b.tolerancePixels &&
+         a.texelPixels == b.texelPixels && a.cull == b.cull &&
+         a.morph == b.morph && a.metric == b.metric && a.exaggeration == b.exaggeration &&
+         a.nearMeters == b.nearMeters && a.levelsBelowData == b.levelsBelowData;
+}
+
+StreamOptions streamOptions(const ViewOptions& options) {
+  StreamOptions out = options.stream;
+  out.inOrder = options.policy != StreamPolicy::Available;
+  return out;
+}
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+class TerrainView::State {
+ public:
+  State(std::unique_ptr<Transport> transport, Workers& workers, TerrainRenderer* renderer,
+        const ViewOptions& options)
+      : options_(options),
+        workers_(workers),
+        renderer_(renderer),
+        stream_(std::move(transport), workers, streamOptions(options)),
+        sets_(options.policy, options.neededTiles) {
+    control_ = FrameControl({.leastTau = options.selection.tolerancePixels,
+                             .mostTau = options.selection.tolerancePixels});
+  }
+
+  Result<bool> update(const Camera& camera, double nowSeconds) {
+    ++frame_;
+    stream_.poll(nowSeconds);
+    if (stream_.phase() == StreamPhase::Failed) return makeError("{}", stream_.problem());
+    if (stream_.phase() == StreamPhase::Opening) return false;
+    if (tiles_ == nullptr) TERRANE_TRY(begin());
+
+    const std::vector<TileKey> news = stream_.takeNews();
+    tiles_->arrived(news, frame_);
+    TERRANE_ASSIGN(const bool tilesCame, uploadTiles());
+    TERRANE_ASSIGN(const bool imageryCame, imagery_->upload(options_.uploadBytesAFrame, chosenFrame_));
+    adaptToMemory(nowSeconds);
+
+    PatchSelection selection = options_.selection;
+    selection.tolerancePixels = control_.tau() * memoryFactor_;
+    selection.texelPixels *= memoryFactor_;
+    const bool isMoved = !lastCamera_ || !isSame(camera, *lastCamera_) || !isSame(selection, lastSelection_);
+    const bool isChanged =
+        isMoved || tilesCame || imageryCame || cut_.ramping > 0 || std::exchange(requested_, false);
+    // Where nothing changed there is nothing to choose; but what is given up for a while comes again.
+    if (isChanged || !news.empty() || nowSeconds >= nextWishSeconds_) choose(camera, selection, nowSeconds);
+    lastSeconds_ = nowSeconds;
+    report();
+    return isChanged;
+  }
+
+  ViewOptions options_;
+  Workers& workers_;
+  TerrainRenderer* renderer_;
+  TileStream stream_;
+  FrameControl control_;
+  Cut cut_;
+  ViewReport report_;
+  bool requested_ = true;
+
+  bool isSettled() const {
+    return tiles_ != nullptr && cut_.ramping == 0 && stream_.isIdle() && !tiles_->isShortOfRoom() &&
+           !tiles_->isPending(order_) && imagery_->isSettled() && sets_.isEmpty();
+  }
+  void setShowImagery(bool show) {
+    options_.showImagery = show;
+    if (imagery_ != nullptr) imagery_->setShown(show);
+    requested_ = true;
+  }
+
+ private:
+  Status begin() {
+    const size_t decodedBytes = kTileSampleCount * (sizeof(float) + sizeof(SampleState)) + 4096;
+    const uint64_t geometry = options_.gpuGeometryBytes / TerrainRenderer::geometryBytesPerTile();
+    const uint64_t decoded = options_.stream.decodedBytes / decodedBytes;
+    const uint64_t lit = options_.gpuTextureBytes / 2 / TerrainRenderer::lightingBytesPerTile();
+    const int places = static_cast<int>(std::clamp<uint64_t>(std::min({geometry, decoded, lit}), 1, 2048));
+    const bool hasImagery = !stream_.manifest().imagery.empty() && options_.showImagery;
+    const uint64_t left = options_.gpuTextureBytes -
+                          std::min(options_.gpuTextureBytes,
+                                   static_cast<uint64_t>(places) * TerrainRenderer::lightingBytesPerTile());
+    const int pictures =
+        hasImagery
+            ? static_cast<int>(std::clamp<uint64_t>(left / TerrainRenderer::imageryBytesPerTile(), 1, 1024))
+            : 0;
+    if (renderer_ != nullptr) TERRANE_TRY(renderer_->reserve(places, pictures));
+    tiles_ = std::make_unique<TileUploads>(stream_, workers_, renderer_, static_cast<size_t>(places));
+    imagery_ = std::make_unique<ViewImagery>(stream_, renderer_, static_cast<size_t>(pictures));
+    imagery_->setShown(hasImagery);
+    return {};
+  }
+
+  Result<bool> uploadTiles() {
+    if (options_.policy == StreamPolicy::Available) {
+      TERRANE_ASSIGN(const int count, tiles_->upload(order_, options_.uploadBytesAFrame, frame_, chosenFrame_));
+      return count > 0;
+    }
+    // A set of tiles is drawn from when all of it is here.
+    const auto isHere = [&](TileId id) {
+      return stream_.elevation(id) != nullptr || stream_.isLost({TileKey::kElevation, id});
+    };
+    if (!sets_.isComplete(isHere)) return false;
+    TERRANE_ASSIGN(const int count, tiles_->upload(sets_.take(), UINT64_MAX, frame_, chosenFrame_));
+    return count > 0;
+  }
+
+  /// Where the caches cannot hold what tau asks for, tau gives way: coarser, but all of it.
+  void adaptToMemory(double nowSeconds) {
+    const double elapsed = std::clamp(nowSeconds - lastSeconds_, 0.0, 0.1);
+    if (tiles_->isShortOfRoom())
+      memoryFactor_ = std::min(memoryFactor_ * (1.0 + kMemoryRisePerSecond * elapsed), kMostMemoryFactor);
+    else if (memoryFactor_ > 1.0 && static_cast<double>(tiles_->neededSince(chosenFrame_)) <
+                                        kRoomBeforeFall * static_cast<double>(tiles_->capacity()))
+      memoryFactor_ = std::max(memoryFactor_ / (1.0 + kMemoryFallPerSecond * elapsed), 1.0);
+  }
+
+  void choose(const Camera& camera, const PatchSelection& selection, double nowSeconds) {
+    const Manifest& manifest = stream_.manifest();
+    const double started = seconds();
+    // A camera that jumps sees a new picture, not one that changes.
+    const double elapsed = lastChosenSeconds_ ? nowSeconds - *lastChosenSeconds_ : 0.0;
+    cut_ = selectPatches(selection, manifest.frame, manifest.scale, camera, *tiles_, &history_, elapsed);
+    report_.selectSeconds = seconds() - started;
+    lastChosenSeconds_ = nowSeconds;
+    chosenFrame_ = frame_;
+    tiles_->need(cut_, frame_);
+    imagery_->choose(camera, selection.exaggeration, *tiles_, frame_);
+    forecast_.seen(camera, nowSeconds);
+
+    std::vector<StreamWish> wishes;
+    order_.clear();
+    if (options_.policy == StreamPolicy::Available)
+      wishForAvailable(camera, selection, nowSeconds, wishes);
+    else
+      wishForSet(camera, selection, wishes);
+    imagery_->addWishes(wishes);
+    if (options_.prefetch && options_.policy == StreamPolicy::Available) addPrefetch(nowSeconds, wishes);
+    stream_.want(wishes);
+    const std::vector<TileId> held = tiles_->tiles();
+    stream_.hold(held);
+
+    lastCamera_ = camera;
+    lastSelection_ = selection;
+    nextWishSeconds_ = nowSeconds + 0.5;
+  }
+
+  static StreamWish wishFor(const TileWish& wish, double tau, double chance) {
+    return {{TileKey::kElevation, wish.tile},
+            static_cast<double>(wish.errorPixels),
+            static_cast<double>(wish.errorAfterPixels),
+            tau,
+            static_cast<double>(wish.areaPixels),
+            chance};
+  }
+
+  void wishForAvailable(const Camera& camera, const PatchSelection& selection, double nowSeconds,
+                        std::vector<StreamWish>& wishes) {
+    const Manifest& manifest = stream_.manifest();
+    const double tau = selection.tolerancePixels;
+    for (const TileWish& wish : cut_.wishes) {
+      wishes.push_back(wishFor(wish, tau, 1.0));
+      order_.push_back(wish.tile);
+    }
+    if (options_.predict) {
+      const auto isStored = [this](TileId id) { return stream_.isStored({TileKey::kElevation, id}); };
+      for (const TileWish& wish :
+           predictWishes(cut_.wishes, selection, manifest.frame, manifest.scale, camera, *tiles_, isStored,
+                         kMostPredicted)) {
+        wishes.push_back(wishFor(wish, tau, 1.0));
+        order_.push_back(wish.tile);
+      }
+    }
+    if (!options_.prefetch || nowSeconds < nextPrefetchSeconds_) return;
+
+    // Ahead, where the camera will be when answers come; and around it, for turns.
+    nextPrefetchSeconds_ = nowSeconds + kPrefetchSeconds;
+    prefetch_.clear();
+    ahead_ = forecast_.ahead(std::clamp(3.0 * stream_.statistics().latencySeconds, 0.3, 1.5));
+    if (ahead_) {
+      for (const TileWish& wish :
+           selectPatches(selection, manifest.frame, manifest.scale, *ahead_, *tiles_).wishes)
+        prefetch_.push_back(wishFor(wish, tau, kAheadChance));
+    }
+    PatchSelection around = selection;
+    around.cull = false;
+    around.tolerancePixels *= kAroundTauFactor;
+    for (const TileWish& wish :
+         selectPatches(around, manifest.frame, manifest.scale, camera, *tiles_).wishes)
+      prefetch_.push_back(wishFor(wish, around.tolerancePixels, kAroundChance));
+  }
+
+  void addPrefetch(double, std::vector<StreamWish>& wishes) {
+    wishes.insert(wishes.end(), prefetch_.begin(), prefetch_.end());
+    if (ahead_)
+      imagery_->addPrefetch(*ahead_, options_.selection.exaggeration, *tiles_, kAheadChance, wishes);
+  }
+
+  void wishForSet(const Camera& camera, const PatchSelection& selection, std::vector<StreamWish>& wishes) {
+    sets_.begin(camera, selection, *tiles_, [this](TileId id) {
+      return stream_.isLost({TileKey::kElevation, id}) || !stream_.isStored({TileKey::kElevation, id});
+    });
+    for (const TileId id : sets_.tiles()) {
+      wishes.push_back({{TileKey::kElevation, id}, 2.0, 1.0, 1.0, 1.0, 1.0});
+      order_.push_back(id);
+    }
+  }
+
+  void report() {
+    report_.stream = stream_.statistics();
+    report_.tau = lastSelection_.tolerancePixels;
+    report_.memoryFactor = memoryFactor_;
+    report_.patches = static_cast<int64_t>(cut_.patches.size());
+    report_.triangles = report_.patches * cut_.grid.trianglesPerPatch();
+    report_.errorPixels = 0.0;
+    for (const Patch& patch : cut_.patches)
+      report_.errorPixels = std::max(report_.errorPixels, static_cast<double>(patch.errorPixels));
+    report_.ramping = cut_.ramping;
+    report_.tilesOnGpu = tiles_->size();
+    report_.imageryOnGpu = imagery_->onGpu();
+    report_.gpuBytes = renderer_ != nullptr ? renderer_->gpuBytes() : 0;
+    report_.tilesUploaded = tiles_->uploaded();
+    report_.imageryUploaded = imagery_->uploaded();
+    report_.mostFramesUntilUsed = tiles_->mostFramesUntilUsed();
+  }
+
+  std::unique_ptr<TileUploads> tiles_;
+  std::unique_ptr<ViewImagery> imagery_;
+  GatheredSets sets_;
+  MorphHistory history_;
+  CameraForecast forecast_;
+  std::optional<Camera> ahead_;
+  std::vector<StreamWish> prefetch_;
+  std::vector<TileId> order_ = {TileId{}};  ///< wished tiles, as the last choice had them
+  uint64_t frame_ = 0;
+  uint64_t chosenFrame_ = 0;  ///< of the last choice: what it draws from stays
+  double memoryFactor_ = 1.0;
+  double lastSeconds_ = 0.0;
+  double nextWishSeconds_ = 0.0;
+  double nextPrefetchSeconds_ = 0.0;
+  std::optional<double> lastChosenSeconds_;
+  std::optional<Camera> lastCamera_;
+  PatchSelection lastSelection_;
+};
+
+TerrainView::TerrainView(std::unique_ptr<Transport> transport, Workers& workers, TerrainRenderer* renderer,
+                         const ViewOptions& options)
+    : state_(std::make_unique<State>(std::move(transport), workers, renderer, options)) {}
+TerrainView::~TerrainView() = default;
+
+Result<bool> TerrainView::update(const Camera& camera, double nowSeconds) {
+  return state_->update(camera, nowSeconds);
+}
+const Cut& TerrainView::cut() const {
+  return state_->cut_;
+}
+void TerrainView::requestRender() {
+  state_->requested_ = true;
+}
+StreamPhase TerrainView::phase() const {
+  return state_->stream_.phase();
+}
+const std::string& TerrainView::problem() const {
+  return state_->stream_.problem();
+}
+const Manifest& TerrainView::manifest() const {
+  return state_->stream_.manifest();
+}
+GroundBox TerrainView::groundBox() const {
+  return groundBoxOf(manifest());
+}
+PatchSelection& TerrainView::selection() {
+  return state_->options_.selection;
+}
+void TerrainView::setFrameControl(const FrameControl::Options& options) {
+  state_->control_ = FrameControl(options);
+}
+void TerrainView::frameTook(double frameSeconds, double elapsedSeconds) {
+  state_->control_.frameTook(frameSeconds, elapsedSeconds);
+}
+void TerrainView::setShowImagery(bool show) {
+  state_->setShowImagery(show);
+}
+bool TerrainView::isSettled() const {
+  return state_->isSettled();
+}
+const ViewReport& TerrainView::report() const {
+  return state_->report_;
+}
+
+}  // namespace terrane

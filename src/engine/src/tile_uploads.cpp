@@ -1,0 +1,145 @@
+#include "tile_uploads.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace terrane {
+namespace {
+
+/// Prepared tiles that nobody has wanted for so many frames are forgotten.
+constexpr uint64_t kPatienceFrames = 120;
+
+}  // namespace
+
+TileUploads::TileUploads(const TileStream& stream, Workers& workers, TerrainRenderer* renderer,
+                         size_t capacity)
+    : stream_(stream),
+      workers_(workers),
+      renderer_(renderer),
+      resident_(std::max<size_t>(capacity, 1)),
+      finished_(std::make_shared<Finished>()) {}
+
+const Tile* TileUploads::find(TileId id) const {
+  const auto at = tiles_.find(id);
+  return at == tiles_.end() ? nullptr : at->second.get();
+}
+
+std::vector<TileId> TileUploads::tiles() const {
+  std::vector<TileId> out;
+  for (const auto& [id, tile] : tiles_) out.push_back(id);
+  return out;
+}
+
+void TileUploads::arrived(const std::vector<TileKey>& news, uint64_t frame) {
+  for (const TileKey& key : news)
+    if (key.isElevation()) arrivedIn_[key.tile] = frame;
+}
+
+void TileUploads::takePrepared() {
+  std::vector<std::pair<TileId, std::shared_ptr<const PreparedTile>>> made;
+  {
+    const std::lock_guard lock(finished_->mutex);
+    made = std::exchange(finished_->made, {});
+  }
+  for (auto& [id, prepared] : made) {
+    const auto at = prepared_.find(id);
+    if (at != prepared_.end()) at->second.made = std::move(prepared);
+  }
+}
+
+/// Can the tile be uploaded now? If it is decoded and not prepared, that is begun.
+bool TileUploads::isPrepared(TileId id, uint64_t frame) {
+  auto at = prepared_.find(id);
+  if (at == prepared_.end()) {
+    std::shared_ptr<const Tile> tile = stream_.elevation(id);
+    if (tile == nullptr) return false;
+    at = prepared_.emplace(id, Prepared{tile, nullptr, frame}).first;
+    if (renderer_ == nullptr) return true;
+    workers_.submit([finished = finished_, id, tile] {
+      auto made = prepareTile(*tile);
+      const std::lock_guard lock(finished->mutex);
+      finished->made.emplace_back(id, std::move(made));
+    });
+    takePrepared();
+  }
+  at->second.frame = frame;
+  return renderer_ == nullptr || at->second.made != nullptr;
+}
+
+bool TileUploads::makeRoom(uint64_t frame) {
+  while (resident_.isFull()) {
+    const auto victim = resident_.victim(frame);
+    if (!victim) return false;
+    resident_.remove(*victim);
+    tiles_.erase(*victim);
+    uploadedIn_.erase(*victim);
+    if (renderer_ != nullptr) renderer_->dropTile(*victim);
+  }
+  return true;
+}
+
+Result<int> TileUploads::upload(const std::vector<TileId>& order, uint64_t budgetBytes, uint64_t frame,
+                                uint64_t keepSince) {
+  takePrepared();
+  shortOfRoom_ = false;
+  const uint64_t bytesEach = TerrainRenderer::geometryBytesPerTile() + TerrainRenderer::lightingBytesPerTile();
+  int count = 0;
+  for (const TileId id : order) {
+    if (resident_.has(id) || !isPrepared(id, frame)) continue;
+    if (!id.isRoot() && !resident_.has(id.parent())) continue;
+    if (count > 0 && static_cast<uint64_t>(count + 1) * bytesEach > budgetBytes) break;
+    if (!makeRoom(keepSince)) {
+      shortOfRoom_ = true;
+      break;
+    }
+    const auto prepared = prepared_.find(id);
+    if (renderer_ != nullptr)
+      TERRANE_TRY(renderer_->uploadTile(id, *prepared->second.tile, prepared->second.made));
+    tiles_[id] = std::move(prepared->second.tile);
+    prepared_.erase(prepared);
+    resident_.add(id, frame);
+    uploadedIn_[id] = frame;
+    ++uploaded_;
+    ++count;
+
+    // How long could it have been drawn from, had it been here at once?
+    uint64_t since = frame;
+    if (const auto at = arrivedIn_.find(id); at != arrivedIn_.end()) {
+      since = at->second;
+      arrivedIn_.erase(at);
+      if (!id.isRoot())
+        if (const auto parent = uploadedIn_.find(id.parent()); parent != uploadedIn_.end())
+          since = std::max(since, parent->second);
+      mostFramesUntilUsed_ = std::max(mostFramesUntilUsed_, static_cast<int>(frame - since));
+    }
+  }
+  for (auto at = prepared_.begin(); at != prepared_.end();)
+    at = at->second.frame + kPatienceFrames < frame ? prepared_.erase(at) : std::next(at);
+  // note: what was not asked for when it came (prefetched) did not wait.
+  std::unordered_map<TileId, uint64_t, TileIdHash> waiting;
+  for (const TileId id : order)
+    if (const auto at = arrivedIn_.find(id); at != arrivedIn_.end()) waiting.insert(*at);
+  arrivedIn_ = std::move(waiting);
+  return count;
+}
+
+void TileUploads::need(const Cut& cut, uint64_t frame) {
+  for (const Patch& patch : cut.patches) {
+    resident_.need(patch.tile, frame);
+    resident_.need(patch.shadingTile, frame);
+  }
+  // A split needs up to four tiles that meet; those that are here wait for the others.
+  for (const TileWish& wish : cut.wishes)
+    for (int row = -1; row <= 1; ++row)
+      for (int col = -1; col <= 1; ++col) {
+        const TileId beside{wish.tile.level, wish.tile.col + col, wish.tile.row + row};
+        if (beside.valid()) resident_.need(beside, frame);
+      }
+}
+
+bool TileUploads::isPending(const std::vector<TileId>& order) const {
+  return std::any_of(order.begin(), order.end(),
+                     [&](TileId id) { return !resident_.has(id) && stream_.elevation(id) != nullptr; });
+}
+
+}  // namespace terrane

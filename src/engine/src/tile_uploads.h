@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "resident_set.h"
+#include "terrane/lod/select_patches.h"
+#include "terrane/render/terrain_renderer.h"
+#include "terrane/stream/tile_stream.h"
+
+namespace terrane {
+
+/// The elevation tiles of a streaming view that can be drawn from: prepared aside, uploaded within a budget,
+/// dropped when others are needed more. What selection calls resident.
+class TileUploads final : public ResidentTiles {
+ public:
+  /// All must outlive it; `renderer` may be null: then tiles count as uploaded at once.
+  TileUploads(const TileStream& stream, Workers& workers, TerrainRenderer* renderer, size_t capacity);
+
+  const Tile* find(TileId id) const override;
+  bool has(TileId id) const { return resident_.has(id); }
+  size_t size() const { return resident_.size(); }
+  size_t capacity() const { return resident_.capacity(); }
+  std::vector<TileId> tiles() const;
+
+  /// Tiles were decoded in this frame: from now on it counts how long they wait.
+  void arrived(const std::vector<TileKey>& news, uint64_t frame);
+  /// Uploads those of `order` (most urgent first) that are decoded and whose parents are here, within
+  /// `budgetBytes`, at least one; parents may be uploaded by the same call. What was needed since the frame
+  /// `keepSince` keeps its place. Returns how many.
+  Result<int> upload(const std::vector<TileId>& order, uint64_t budgetBytes, uint64_t frame,
+                     uint64_t keepSince);
+  /// Marks what a cut draws from, and what waits for its wishes to be drawn from.
+  void need(const Cut& cut, uint64_t frame);
+
+  /// Did the last upload() leave something out since no place could be freed?
+  bool isShortOfRoom() const { return shortOfRoom_; }
+  size_t neededSince(uint64_t frame) const { return resident_.neededSince(frame); }
+  /// Is anything of `order` decoded and not uploaded?
+  bool isPending(const std::vector<TileId>& order) const;
+  uint64_t uploaded() const { return uploaded_; }
+  int mostFramesUntilUsed() const { return mostFramesUntilUsed_; }
+
+ private:
+  struct Prepared {
+    std::shared_ptr<const Tile> tile;
+    std::shared_ptr<const PreparedTile> made;  ///< null while it is being made
+    uint64_t frame = 0;
+  };
+  struct Finished {
+    std::mutex mutex;
+    std::vector<std::pair<TileId, std::shared_ptr<const PreparedTile>>> made;
+  };
+  bool isPrepared(TileId id, uint64_t frame);
+  void takePrepared();
+  bool makeRoom(uint64_t frame);
+
+  const TileStream& stream_;
+  Workers& workers_;
+  TerrainRenderer* renderer_;
+  ResidentSet resident_;
+  std::unordered_map<TileId, std::shared_ptr<const Tile>, TileIdHash> tiles_;  ///< of residents
+  std::unordered_map<TileId, Prepared, TileIdHash> prepared_;
+  std::unordered_map<TileId, uint64_t, TileIdHash> arrivedIn_;
+  std::unordered_map<TileId, uint64_t, TileIdHash> uploadedIn_;
+  std::shared_ptr<Finished> finished_;
+  bool shortOfRoom_ = false;
+  uint64_t uploaded_ = 0;
+  int mostFramesUntilUsed_ = 0;
+};
+
+}  // namespace terrane

@@ -1,0 +1,173 @@
+#include "view_imagery.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "imagery_compose.h"
+
+namespace terrane {
+namespace {
+
+/// What a pixel of blur is worth beside a pixel of geometric error.
+constexpr double kBlurWeight = 0.3;
+
+}  // namespace
+
+ViewImagery::ViewImagery(const TileStream& stream, TerrainRenderer* renderer, size_t capacity)
+    : stream_(stream),
+      renderer_(renderer),
+      shown_(capacity > 0 && !stream.manifest().imagery.empty()),
+      resident_(std::max<size_t>(capacity, 1)) {}
+
+void ViewImagery::setShown(bool shown) {
+  shown_ = shown && !stream_.manifest().imagery.empty();
+  if (shown_) return;
+  for (const auto& [id, picture] : pictures_) {
+    resident_.remove(id);
+    if (renderer_ != nullptr) renderer_->dropImagery(id);
+  }
+  pictures_.clear();
+}
+
+std::vector<ViewImagery::Part> ViewImagery::partsOf(TileId id) const {
+  std::vector<Part> out;
+  const auto& layers = stream_.manifest().imagery;
+  for (size_t i = 0; i < layers.size(); ++i) {
+    // Beyond its finest level a layer is enlarged.
+    const int up = std::max(0, id.level - layers[i].finestLevel);
+    const TileKey key{static_cast<int32_t>(i), id.ancestor(id.level - up)};
+    if (stream_.isStored(key)) out.push_back({key, up});
+  }
+  return out;
+}
+
+bool ViewImagery::hasDeeper(TileId id) const {
+  const auto& layers = stream_.manifest().imagery;
+  for (size_t i = 0; i < layers.size(); ++i) {
+    for (int quadrant = 0; id.level < layers[i].finestLevel && quadrant < 4; ++quadrant)
+      if (stream_.isStored({static_cast<int32_t>(i), id.child(quadrant)})) return true;
+  }
+  return false;
+}
+
+void ViewImagery::choose(const Camera& camera, double exaggeration, const ResidentTiles& heights,
+                         uint64_t frame) {
+  needs_.clear();
+  if (!shown_) return;
+  needs_ = selectImagery({camera, exaggeration, stream_.manifest(), heights,
+                          [this](TileId id) { return hasDeeper(id); }},
+                         resident_.capacity());
+  for (const ImageryNeed& need : needs_) resident_.need(need.tile, frame);
+}
+
+void ViewImagery::wish(const ImageryNeed& need, double chance, std::vector<StreamWish>& wishes) const {
+  // Until it is here, its nearest ancestor's texels are seen.
+  int above = 1;
+  while (above < need.tile.level && !resident_.has(need.tile.ancestor(need.tile.level - above))) ++above;
+  StreamWish wish;
+  wish.nowPixels = need.texelPixels * std::ldexp(1.0, std::min(above, 8));
+  wish.afterPixels = need.texelPixels;
+  wish.areaPixels = kBlurWeight * need.areaPixels;
+  wish.chance = chance;
+  for (const Part& part : partsOf(need.tile)) {
+    wish.key = part.key;
+    wishes.push_back(wish);
+  }
+}
+
+void ViewImagery::addWishes(std::vector<StreamWish>& wishes) const {
+  for (const ImageryNeed& need : needs_)
+    if (!resident_.has(need.tile)) wish(need, 1.0, wishes);
+}
+
+void ViewImagery::addPrefetch(const Camera& camera, double exaggeration, const ResidentTiles& heights,
+                              double chance, std::vector<StreamWish>& wishes) const {
+  if (!shown_) return;
+  const ImageryView view{camera, exaggeration, stream_.manifest(), heights,
+                         [this](TileId id) { return hasDeeper(id); }};
+  for (const ImageryNeed& need : selectImagery(view, resident_.capacity()))
+    if (!resident_.has(need.tile)) wish(need, chance, wishes);
+}
+
+bool ViewImagery::compose(TileId id, std::shared_ptr<const ImageryTile>& out) const {
+  const std::vector<Part> parts = partsOf(id);
+  std::vector<std::shared_ptr<const ImageryTile>> tiles;
+  for (const Part& part : parts) {
+    tiles.push_back(stream_.picture(part.key));
+    if (tiles.back() == nullptr && !stream_.isLost(part.key)) return false;
+  }
+  out = nullptr;
+  if (parts.size() == 1 && parts[0].up == 0) {
+    out = tiles[0];
+    return true;
+  }
+  std::shared_ptr<ImageryTile> made;
+  for (size_t i = 0; i < parts.size(); ++i) {
+    if (tiles[i] == nullptr) continue;
+    ImageryTile tile = parts[i].up > 0 ? enlargeImagery(*tiles[i], parts[i].up, id) : *tiles[i];
+    if (made == nullptr)
+      made = std::make_shared<ImageryTile>(std::move(tile));
+    else
+      layImageryOver(*made, tile);
+  }
+  if (made != nullptr && parts.size() > 1 && coverOf(*made) == ImageryCover::Partial) fillTransparent(*made);
+  out = made;
+  return true;
+}
+
+const ImageryTile* ViewImagery::composed(TileId id) const {
+  const auto at = pictures_.find(id);
+  return at == pictures_.end() ? nullptr : at->second.get();
+}
+
+void ViewImagery::refreshNeighbours(TileId id) {
+  const auto find = [this](TileId at) { return composed(at); };
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const TileId at{id.level, id.col + dx, id.row + dy};
+      if ((dx == 0 && dy == 0) || composed(at) == nullptr) continue;
+      const ImageryBorder border = imageryBorder(at, -dx, -dy, find);
+      renderer_->updateImagery(at, border.x, border.y, border.width, border.height, border.rgba);
+    }
+  }
+}
+
+Result<bool> ViewImagery::upload(uint64_t budgetBytes, uint64_t frame) {
+  uint64_t spent = 0;
+  bool changed = false;
+  // note: by address, so parents come before their children.
+  for (const ImageryNeed& need : needs_) {
+    if (resident_.has(need.tile) || (!need.tile.isRoot() && !resident_.has(need.tile.parent()))) continue;
+    if (changed && spent >= budgetBytes) break;
+    std::shared_ptr<const ImageryTile> picture;
+    if (!compose(need.tile, picture)) continue;
+    while (resident_.isFull()) {
+      const auto victim = resident_.victim(frame);
+      if (!victim) return changed;
+      resident_.remove(*victim);
+      pictures_.erase(*victim);
+      if (renderer_ != nullptr) renderer_->dropImagery(*victim);
+    }
+    resident_.add(need.tile, frame);
+    pictures_[need.tile] = picture;
+    if (renderer_ != nullptr) {
+      TERRANE_TRY(renderer_->uploadImagery(
+          need.tile, borderedImagery(need.tile, [this](TileId at) { return composed(at); })));
+      if (picture != nullptr) refreshNeighbours(need.tile);
+    }
+    spent += TerrainRenderer::imageryBytesPerTile();
+    ++uploaded_;
+    changed = true;
+  }
+  return changed;
+}
+
+bool ViewImagery::isSettled() const {
+  return std::all_of(needs_.begin(), needs_.end(), [&](const ImageryNeed& need) {
+    if (resident_.has(need.tile)) return true;
+    std::shared_ptr<const ImageryTile> picture;
+    return !compose(need.tile, picture) && stream_.isIdle();
+  });
+}
+
+}  // namespace terrane

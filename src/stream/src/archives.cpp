@@ -1,0 +1,44 @@
+#include "archives.h"
+
+#include <algorithm>
+
+namespace terrane {
+
+Status Archives::setManifest(const std::vector<uint8_t>& bytes, const std::string& where) {
+  TERRANE_ASSIGN(Manifest manifest,
+                 manifestFromJson(std::string(bytes.begin(), bytes.end()), where + "/manifest.json"));
+  std::vector<std::string> names = {"elevation.pmtiles"};
+  for (const ImageryLayerRecord& layer : manifest.imagery) names.push_back(layer.archive);
+  std::vector<File> files;
+  for (const std::string& name : names) {
+    const auto record = std::find_if(manifest.archives.begin(), manifest.archives.end(),
+                                     [&](const ArchiveRecord& archive) { return archive.name == name; });
+    if (record == manifest.archives.end())
+      return makeError("{}/manifest.json: lists no {}; build the dataset again", where, name);
+    files.push_back({name, record->bytes, std::nullopt});
+  }
+  manifest_ = std::move(manifest);
+  files_ = std::move(files);
+  return {};
+}
+
+FetchRequest Archives::firstBytes(int file) const {
+  const File& archive = files_[static_cast<size_t>(file)];
+  return {archive.name, 0, std::min(archive.bytes, PmtilesIndex::kFirstBytes), false};
+}
+
+Status Archives::setFirstBytes(int file, const std::vector<uint8_t>& bytes) {
+  File& archive = files_[static_cast<size_t>(file)];
+  TERRANE_ASSIGN(archive.index, PmtilesIndex::open(bytes, archive.bytes));
+  return {};
+}
+
+PmtilesIndex::Found Archives::find(const TileKey& key) const {
+  return files_[static_cast<size_t>(fileOf(key))].index->find(key.tile);
+}
+
+Status Archives::addDirectory(int file, PmtilesIndex::Place place, const std::vector<uint8_t>& bytes) {
+  return files_[static_cast<size_t>(file)].index->addDirectory(place, bytes);
+}
+
+}  // namespace terrane

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "terrane/codec/imagery_codec.h"
+#include "terrane/codec/tile.h"
+#include "terrane/stream/tile_key.h"
+
+namespace terrane {
+
+/// What is known of one tile.
+struct ShelfEntry {
+  std::shared_ptr<const std::vector<uint8_t>> payload;  ///< as it came
+  std::shared_ptr<const Tile> tile;                     ///< decoded, elevation
+  std::shared_ptr<const ImageryTile> picture;           ///< decoded, imagery
+  uint64_t request = 0;         ///< that will bring it; 0: none
+  bool decoding = false;
+  bool alone = false;           ///< to be fetched by itself: a request with others failed
+  bool fresh = false;           ///< to be fetched past caches: it was damaged
+  int failures = 0;             ///< in a row
+  double notBefore = 0.0;       ///< seconds: the next try
+  bool lost = false;            ///< given up, at least until notBefore
+  int decodedChildren = 0;
+  uint64_t lastWanted = 0;      ///< turn
+  double keepPriority = 0.0;    ///< of the payload, GreedyDual-Size
+
+  bool isDecoded() const { return tile != nullptr || picture != nullptr; }
+};
+
+/// The tiles that are here, compressed and decoded, within budgets.
+class TileShelf {
+ public:
+  struct Budgets {
+    uint64_t compressedBytes = 0;
+    uint64_t decodedBytes = 0;
+    uint64_t pictureBytes = 0;
+  };
+  explicit TileShelf(const Budgets& budgets) : budgets_(budgets) {}
+
+  const ShelfEntry* find(const TileKey& key) const;
+  ShelfEntry* find(const TileKey& key);
+  ShelfEntry& at(const TileKey& key) { return entries_[key]; }
+
+  /// `fetchCost`: what fetching it again would take, in bytes of line time.
+  void setPayload(const TileKey& key, std::vector<uint8_t> payload, double fetchCost);
+  void dropPayload(ShelfEntry& entry);
+  void setTile(const TileKey& key, std::shared_ptr<const Tile> tile);
+  void setPicture(const TileKey& key, std::shared_ptr<const ImageryTile> picture);
+
+  /// Elevation tiles that stay, with their ancestors.
+  void hold(std::span<const TileId> tiles);
+  /// Forgets what is over the budgets: payloads of the least priority; of decoded tiles those that were not
+  /// wanted for the longest time, never one that is held, whose child is decoded, or that was wanted in
+  /// `turn`.
+  void keepWithinBudgets(uint64_t turn);
+
+  uint64_t compressedBytes() const { return compressedBytes_; }
+  uint64_t decodedBytes() const { return decodedBytes_; }
+  uint64_t decodedTiles() const { return decodedTiles_; }
+  uint64_t pictureBytes() const { return pictureBytes_; }
+  bool hasRoomToDecode() const { return decodedBytes_ < budgets_.decodedBytes / 10 * 9; }
+  uint64_t lostTiles() const;
+  const std::unordered_map<TileKey, ShelfEntry, TileKeyHash>& entries() const { return entries_; }
+
+  static uint64_t bytesOf(const Tile& tile);
+
+ private:
+  void dropTile(const TileKey& key, ShelfEntry& entry);
+  void dropPicture(ShelfEntry& entry);
+
+  Budgets budgets_;
+  std::unordered_map<TileKey, ShelfEntry, TileKeyHash> entries_;
+  std::unordered_set<TileId, TileIdHash> held_;
+  double clock_ = 0.0;  ///< priority of the last payload that was forgotten
+  uint64_t compressedBytes_ = 0;
+  uint64_t decodedBytes_ = 0;
+  uint64_t decodedTiles_ = 0;
+  uint64_t pictureBytes_ = 0;
+};
+
+}  // namespace terrane

@@ -1,0 +1,625 @@
+#include "terrane/stream/tile_stream.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+
+#include "archives.h"
+#include "line_pace.h"
+#include "terrane/base/check.h"
+#include "terrane/codec/elevation_codec.h"
+#include "terrane/stream/line_estimate.h"
+#include "terrane/stream/plan_requests.h"
+#include "tile_shelf.h"
+
+namespace terrane {
+namespace {
+
+/// Bytes on the line that a request takes besides its answer's body.
+constexpr double kRequestBytes = 500.0;
+/// After so many damaged answers a tile is given up for a while.
+constexpr int kMostDamaged = 4;
+constexpr int kMostBusy = 10;
+constexpr double kLostSeconds = 60.0;
+/// Of what a wish is worth at least, per pixel: once all else is here, targets are met as well.
+constexpr double kLeastWorth = 0.01;
+
+/// Seconds to wait after so many failures: twice as long each time, and never in step with others.
+double backOff(int failures, uint64_t salt) {
+  const double scatter = 0.75 + 0.5 * static_cast<double>((salt * 0x9e3779b97f4a7c15ULL) >> 40U) / 16777216.0;
+  return std::min(8.0, 0.25 * std::ldexp(1.0, std::min(failures - 1, 8))) * scatter;
+}
+
+/// What the workers have made. They keep it alive, whatever happened to the stream meanwhile.
+struct Made {
+  TileKey key;
+  std::shared_ptr<const Tile> tile;
+  std::shared_ptr<const ImageryTile> picture;
+  std::string problem;
+};
+struct Finished {
+  std::mutex mutex;
+  std::vector<Made> made;
+};
+
+}  // namespace
+
+class TileStream::State {
+ public:
+  State(std::unique_ptr<Transport> transport, Workers& workers, const StreamOptions& options)
+      : transport_(std::move(transport)),
+        options_(options),
+        shelf_({options.compressedBytes, options.decodedBytes, options.pictureBytes}),
+        finished_(std::make_shared<Finished>()),
+        workers_(workers) {}
+
+  void poll(double nowSeconds) {
+    now_ = std::max(now_, nowSeconds);
+    for (FetchAnswer& answer : transport_->poll(now_)) take(std::move(answer));
+    takeMade();
+    if (phase_ == StreamPhase::Opening) startOpening();
+    if (phase_ != StreamPhase::Ready) return;
+    pace_.update(now_, debt(), wishedBytes(), line_.bytesPerSecond());
+    startDecoding();
+    // note: workers that do their jobs at once have finished by now, and their children can begin.
+    for (size_t before = 0; before != statistics_.tilesDecoded;) {
+      before = statistics_.tilesDecoded;
+      takeMade();
+      startDecoding();
+    }
+    startFetching();
+    shelf_.keepWithinBudgets(turn_);
+  }
+
+  void want(std::span<const StreamWish> wishes) {
+    TERRANE_CHECK(phase_ == StreamPhase::Ready, "wishes before the dataset is open");
+    ++turn_;
+    wishes_.assign(wishes.begin(), wishes.end());
+    rank();
+    cancelUnwanted();
+  }
+
+  StreamPhase phase_ = StreamPhase::Opening;
+  std::string problem_;
+  Archives archives_;
+  TileShelf& shelf() { return shelf_; }
+  const TileShelf& shelf() const { return shelf_; }
+  const Transport& transport() const { return *transport_; }
+  std::vector<TileKey> takeNews() { return std::exchange(news_, {}); }
+  bool isDecoding() const { return decoding_ > 0; }
+
+  bool isIdle() const {
+    if (phase_ == StreamPhase::Failed) return true;
+    if (phase_ != StreamPhase::Ready || !underway_.empty() || decoding_ > 0) return false;
+    return std::all_of(ranked_.begin(), ranked_.end(), [&](const Ranked& ranked) {
+      const ShelfEntry* entry = shelf_.find(ranked.key);
+      return (entry != nullptr && (entry->isDecoded() || entry->lost)) ||
+             archives_.find(ranked.key).kind == PmtilesIndex::Kind::NotStored || isBelowLost(ranked.key);
+    });
+  }
+
+  StreamStatistics statistics() const {
+    StreamStatistics out = statistics_;
+    out.requestsUnderway = underway_.size();
+    for (const auto& [id, request] : underway_) out.bytesUnderway += request.plan.bytes;
+    out.debt = phase_ == StreamPhase::Ready ? debt() : 0.0;
+    out.wishedBytes = phase_ == StreamPhase::Ready ? wishedBytes() : 0;
+    for (const Ranked& ranked : ranked_) {
+      const ShelfEntry* entry = shelf_.find(ranked.key);
+      out.wishes += entry == nullptr || (!entry->isDecoded() && !entry->lost) ? 1 : 0;
+    }
+    out.tilesLost = shelf_.lostTiles();
+    out.looseness = pace_.looseness();
+    out.bytesPerSecond = line_.bytesPerSecond();
+    out.latencySeconds = line_.latencySeconds();
+    out.isOffline = offlineTries_ > 0;
+    out.compressedBytes = shelf_.compressedBytes();
+    out.decodedBytes = shelf_.decodedBytes();
+    out.decodedTiles = shelf_.decodedTiles();
+    out.pictureBytes = shelf_.pictureBytes();
+    return out;
+  }
+
+ private:
+  enum class What : uint8_t { Manifest, FirstBytes, Directory, Tiles };
+  struct Underway {
+    What what = What::Tiles;
+    PlannedRequest plan;        ///< file, bytes
+    std::vector<TileKey> keys;  ///< Tiles
+    std::vector<PmtilesIndex::Place> places;
+    double started = 0.0;
+  };
+  /// A wished tile, or an ancestor that it needs, in the order of what it is worth.
+  struct Ranked {
+    TileKey key;
+    double worthPerByte = 0.0;
+    bool isUrgent = true;  ///< of use now; else only perhaps, later
+  };
+  /// Manifest, first bytes and directories have their own few tries.
+  struct Tries {
+    int failures = 0;
+    double notBefore = 0.0;
+  };
+
+  // ---------------------------------------------------------------------------------- what has come
+
+  void take(FetchAnswer answer) {
+    const auto at = underway_.find(answer.id);
+    if (at == underway_.end()) return;
+    const Underway request = std::move(at->second);
+    underway_.erase(at);
+    if (answer.failure) {
+      ++statistics_.requestsFailed;
+      problem_ = answer.failure->message;
+      takeFailure(answer.id, request, *answer.failure);
+      return;
+    }
+    offlineTries_ = 0;
+    statistics_.bytesReceived += answer.bytes.size();
+    line_.answered(request.started, now_, answer.bytes.size());
+    switch (request.what) {
+      case What::Manifest:
+        if (const Status status = archives_.setManifest(answer.bytes, transport_->where()); !status.ok())
+          fail(status.error().message);
+        break;
+      case What::FirstBytes:
+        if (const Status status = archives_.setFirstBytes(request.plan.file, answer.bytes); !status.ok())
+          retryOrFail(request, status.error().message);
+        break;
+      case What::Directory:
+        if (const Status status =
+                archives_.addDirectory(request.plan.file, request.places[0], answer.bytes);
+            !status.ok())
+          retryDirectory(request);
+        break;
+      case What::Tiles:
+        takeTiles(request, answer.bytes);
+        break;
+    }
+  }
+
+  void takeTiles(const Underway& request, const std::vector<uint8_t>& bytes) {
+    uint64_t used = 0;
+    for (size_t i = 0; i < request.keys.size(); ++i) {
+      const TileKey& key = request.keys[i];
+      const auto& place = request.places[i];
+      const auto begin = bytes.begin() + static_cast<ptrdiff_t>(place.offset - request.plan.offset);
+      shelf_.setPayload(key, {begin, begin + static_cast<ptrdiff_t>(place.bytes)}, fetchCost(place.bytes));
+      ShelfEntry& entry = shelf_.at(key);
+      entry.request = 0;
+      if (entry.lastWanted == turn_) used += place.bytes;
+    }
+    statistics_.bytesUnwanted += bytes.size() - used;
+    statistics_.tilesReceived += request.keys.size();
+  }
+
+  double fetchCost(uint64_t bytes) const {
+    return line_.latencySeconds() * line_.bytesPerSecond() + kRequestBytes + static_cast<double>(bytes);
+  }
+
+  void takeFailure(uint64_t id, const Underway& request, const FetchFailure& failure) {
+    // Nobody there: not the tiles' fault. Ask again, ever more rarely, with one request at a time.
+    if (failure.problem == FetchProblem::Unreachable) {
+      ++offlineTries_;
+      offlineUntil_ = now_ + std::min(5.0, backOff(offlineTries_, id));
+      for (const TileKey& key : request.keys) shelf_.at(key).request = 0;
+      return;
+    }
+    offlineTries_ = 0;
+    if (request.what == What::Directory) return retryDirectory(request);
+    if (request.what != What::Tiles) {
+      if (failure.problem == FetchProblem::Missing) return fail(failure.message);
+      return retryOrFail(request, failure.message);
+    }
+    for (const TileKey& key : request.keys) {
+      ShelfEntry& entry = shelf_.at(key);
+      entry.request = 0;
+      // One of several may be the reason: each by itself, then.
+      if (request.keys.size() > 1 && failure.problem != FetchProblem::Busy) {
+        entry.alone = true;
+        continue;
+      }
+      entry.fresh = failure.problem == FetchProblem::Malformed;
+      failTile(key, entry, failure.problem, failure.retryAfterSeconds);
+    }
+  }
+
+  void failTile(const TileKey& key, ShelfEntry& entry, FetchProblem problem, double atLeastSeconds) {
+    ++entry.failures;
+    const int most = problem == FetchProblem::Busy ? kMostBusy : kMostDamaged;
+    if (problem == FetchProblem::Missing) {
+      entry.lost = true;
+      entry.notBefore = std::numeric_limits<double>::infinity();
+    } else if (entry.failures >= most) {
+      entry.lost = true;
+      entry.notBefore = now_ + kLostSeconds;
+    } else {
+      entry.notBefore = now_ + std::max(atLeastSeconds, backOff(entry.failures, TileKeyHash{}(key)));
+    }
+  }
+
+  void fail(const std::string& why) {
+    problem_ = why;
+    phase_ = StreamPhase::Failed;
+  }
+  void retryOrFail(const Underway& request, const std::string& why) {
+    Tries& tries = openingTries_[request.what == What::Manifest ? -1 : request.plan.file];
+    problem_ = why;
+    if (++tries.failures >= kMostBusy) return fail(why);
+    tries.notBefore = now_ + backOff(tries.failures, static_cast<uint64_t>(request.plan.file) + 7);
+  }
+  void retryDirectory(const Underway& request) {
+    Tries& tries = directoryTries_[{request.plan.file, request.plan.offset}];
+    ++tries.failures;
+    tries.notBefore = now_ + backOff(tries.failures, request.plan.offset);
+  }
+
+  void takeMade() {
+    std::vector<Made> made;
+    {
+      const std::lock_guard lock(finished_->mutex);
+      made = std::exchange(finished_->made, {});
+    }
+    for (Made& done : made) {
+      --decoding_;
+      ShelfEntry& entry = shelf_.at(done.key);
+      entry.decoding = false;
+      if (!done.problem.empty()) {
+        // Damaged on its way, or in the archive: past caches, it may be sound.
+        ++statistics_.tilesDamaged;
+        problem_ = done.problem;
+        shelf_.dropPayload(entry);
+        entry.alone = entry.fresh = true;
+        failTile(done.key, entry, FetchProblem::Malformed, 0.0);
+        continue;
+      }
+      entry.failures = 0;
+      entry.lost = entry.fresh = false;
+      ++statistics_.tilesDecoded;
+      if (done.tile != nullptr)
+        shelf_.setTile(done.key, std::move(done.tile));
+      else
+        shelf_.setPicture(done.key, std::move(done.picture));
+      news_.push_back(done.key);
+    }
+  }
+
+  // ------------------------------------------------------------------------------- what is to be done
+
+  bool isOffline() const { return offlineTries_ > 0; }
+  /// May anything be started now? Without a server, one request at a time finds out whether it is back.
+  bool mayStart() const { return !isOffline() || (now_ >= offlineUntil_ && underway_.empty()); }
+
+  void start(Underway request, const FetchRequest& what) {
+    const uint64_t id = ++lastRequest_;
+    request.started = now_;
+    ++statistics_.requests;
+    transport_->start(id, what);
+    underway_.emplace(id, std::move(request));
+  }
+  bool isUnderway(What what, int file, uint64_t offset) const {
+    return std::any_of(underway_.begin(), underway_.end(), [&](const auto& entry) {
+      const Underway& request = entry.second;
+      return request.what == what && request.plan.file == file && request.plan.offset == offset;
+    });
+  }
+
+  void startOpening() {
+    const auto isDue = [&](int which) {
+      const auto at = openingTries_.find(which);
+      return at == openingTries_.end() || now_ >= at->second.notBefore;
+    };
+    if (!archives_.hasManifest()) {
+      if (underway_.empty() && mayStart() && isDue(-1))
+        start({.what = What::Manifest, .plan = {}, .keys = {}, .places = {}}, {"manifest.json", 0, 0, false});
+      return;
+    }
+    bool allOpen = true;
+    for (int file = 0; file < archives_.count(); ++file) {
+      if (archives_.isOpen(file)) continue;
+      allOpen = false;
+      if (!mayStart() || !isDue(file) || isUnderway(What::FirstBytes, file, 0)) continue;
+      const FetchRequest request = archives_.firstBytes(file);
+      start({.what = What::FirstBytes, .plan = {file, 0, request.bytes, {}}, .keys = {}, .places = {}},
+            request);
+    }
+    if (allOpen) phase_ = StreamPhase::Ready;
+  }
+
+  uint64_t storedBytes(const TileKey& key) const {
+    const PmtilesIndex::Found found = archives_.find(key);
+    return found.kind == PmtilesIndex::Kind::Stored ? found.place.bytes : 0;
+  }
+
+  double worthOf(const StreamWish& wish) const {
+    const double target = wish.targetPixels * pace_.looseness();
+    const double gain =
+        std::max(0.0, wish.nowPixels - target) - std::max(0.0, wish.afterPixels - target);
+    const double least = kLeastWorth * std::min(wish.nowPixels, 4.0);
+    return wish.chance * std::max(wish.areaPixels, 1.0) * std::max(gain, least);
+  }
+
+  /// Puts the wishes into order, each behind the ancestors that it needs.
+  void rank() {
+    struct Scored {
+      size_t index;
+      double worthPerByte;
+      bool isUrgent;
+    };
+    std::vector<Scored> scored;
+    for (size_t i = 0; i < wishes_.size(); ++i) {
+      const double bytes = static_cast<double>(storedBytes(wishes_[i].key)) + kRequestBytes;
+      scored.push_back({i, worthOf(wishes_[i]) / bytes, wishes_[i].chance >= 1.0});
+    }
+    if (!options_.inOrder) {
+      std::stable_sort(scored.begin(), scored.end(), [](const Scored& a, const Scored& b) {
+        return a.isUrgent != b.isUrgent ? a.isUrgent : a.worthPerByte > b.worthPerByte;
+      });
+    }
+    ranked_.clear();
+    for (const Scored& wish : scored) {
+      const TileKey& key = wishes_[wish.index].key;
+      std::vector<TileKey> chain = {key};
+      // Pictures decode by themselves; elevation needs its parents.
+      while (key.isElevation() && !chain.back().tile.isRoot()) {
+        const TileKey parent = chain.back().parent();
+        const ShelfEntry* entry = shelf_.find(parent);
+        if (entry != nullptr && (entry->isDecoded() || entry->lastWanted == turn_)) break;
+        chain.push_back(parent);
+      }
+      for (auto at = chain.rbegin(); at != chain.rend(); ++at) {
+        ShelfEntry& entry = shelf_.at(*at);
+        if (entry.lastWanted == turn_) continue;
+        entry.lastWanted = turn_;
+        ranked_.push_back({*at, wish.worthPerByte, wish.isUrgent});
+      }
+    }
+  }
+
+  /// Requests of which nothing is wanted any more, and whose bytes are not on the way yet.
+  void cancelUnwanted() {
+    for (auto at = underway_.begin(); at != underway_.end();) {
+      const Underway& request = at->second;
+      const bool isWanted =
+          request.what != What::Tiles || std::any_of(request.keys.begin(), request.keys.end(),
+                                                     [&](const TileKey& key) {
+                                                       return shelf_.at(key).lastWanted == turn_;
+                                                     });
+      if (isWanted || now_ - request.started > line_.latencySeconds()) {
+        ++at;
+        continue;
+      }
+      ++statistics_.requestsCancelled;
+      transport_->cancel(at->first);
+      for (const TileKey& key : request.keys) shelf_.at(key).request = 0;
+      at = underway_.erase(at);
+    }
+  }
+
+  /// Is one of the tile's ancestors given up? Then it cannot be decoded.
+  bool isBelowLost(TileKey key) const {
+    if (!key.isElevation()) return false;
+    while (!key.tile.isRoot()) {
+      key = key.parent();
+      const ShelfEntry* entry = shelf_.find(key);
+      if (entry == nullptr) continue;
+      if (entry->isDecoded()) return false;
+      if (entry->lost) return true;
+    }
+    return false;
+  }
+
+  /// Hands what is here, and can be decoded, to the workers.
+  void startDecoding() {
+    for (const Ranked& ranked : ranked_) {
+      if (decoding_ >= workers_.width()) return;
+      ShelfEntry* entry = shelf_.find(ranked.key);
+      if (entry == nullptr || entry->payload == nullptr || entry->decoding || entry->isDecoded()) continue;
+      if (!ranked.isUrgent && !shelf_.hasRoomToDecode()) continue;
+      if (ranked.key.isElevation())
+        decodeElevation(ranked.key, *entry);
+      else
+        decodePicture(ranked.key, *entry);
+    }
+  }
+
+  void decodeElevation(const TileKey& key, ShelfEntry& entry) {
+    std::shared_ptr<const Tile> parent;
+    if (!key.tile.isRoot()) {
+      const ShelfEntry* above = shelf_.find(key.parent());
+      if (above == nullptr || above->tile == nullptr) return;
+      parent = above->tile;
+    }
+    begin(entry, [finished = finished_, key, payload = entry.payload, parent,
+                  scale = archives_.manifest().scale, where = transport_->where()] {
+      Made made{.key = key, .tile = {}, .picture = {}, .problem = {}};
+      auto tile = decodeTile(*payload, parent ? &parent->samples : nullptr,
+                             key.tile.isRoot() ? 0 : key.tile.quadrant(), scale);
+      if (tile.ok())
+        made.tile = std::make_shared<const Tile>(std::move(*tile));
+      else
+        made.problem = fmt::format("{}: tile {}: {}", where, toString(key.tile), tile.error().message);
+      const std::lock_guard lock(finished->mutex);
+      finished->made.push_back(std::move(made));
+    });
+  }
+
+  void decodePicture(const TileKey& key, ShelfEntry& entry) {
+    begin(entry, [finished = finished_, key, payload = entry.payload, where = transport_->where()] {
+      Made made{.key = key, .tile = {}, .picture = {}, .problem = {}};
+      auto tile = decodeImagery(*payload);
+      if (tile.ok())
+        made.picture = std::make_shared<const ImageryTile>(std::move(*tile));
+      else
+        made.problem =
+            fmt::format("{}: imagery tile {}: {}", where, toString(key.tile), tile.error().message);
+      const std::lock_guard lock(finished->mutex);
+      finished->made.push_back(std::move(made));
+    });
+  }
+
+  void begin(ShelfEntry& entry, std::function<void()> job) {
+    entry.decoding = true;
+    ++decoding_;
+    ++statistics_.compressedHits;
+    workers_.submit(std::move(job));
+  }
+
+  /// Asks for what is wanted and not here, as much as the line can use.
+  void startFetching() {
+    if (!mayStart()) return;
+    std::vector<FetchCandidate> candidates;
+    std::vector<TileKey> keys;
+    std::vector<PmtilesIndex::Place> places;
+    for (const Ranked& ranked : ranked_) {
+      ShelfEntry& entry = shelf_.at(ranked.key);
+      if (entry.isDecoded() || entry.payload != nullptr || entry.request != 0 || entry.decoding) continue;
+      if (now_ < entry.notBefore || isBelowLost(ranked.key)) continue;
+      const PmtilesIndex::Found found = archives_.find(ranked.key);
+      if (found.kind == PmtilesIndex::Kind::InDirectory) startDirectory(ranked.key, found.place);
+      if (found.kind != PmtilesIndex::Kind::Stored) continue;
+      candidates.push_back({Archives::fileOf(ranked.key), found.place.offset, found.place.bytes,
+                            ranked.worthPerByte, entry.alone});
+      keys.push_back(ranked.key);
+      places.push_back(found.place);
+    }
+
+    uint64_t underway = 0;
+    for (const auto& [id, request] : underway_) underway += request.plan.bytes;
+    const uint64_t useful = options_.inOrder ? UINT64_MAX : line_.usefulBytesUnderway();
+    if (underway >= useful) return;
+    RequestLimits limits;
+    limits.bytes = useful - underway;
+    limits.requests = (isOffline() ? 1 : options_.mostRequests) - static_cast<int>(underway_.size());
+    // A request should not hold up what becomes urgent while it is on its way.
+    limits.bytesARequest = std::clamp<uint64_t>(useful / 2, 16U << 10, 256U << 10);
+    for (PlannedRequest& plan : planRequests(candidates, limits)) {
+      Underway request;
+      FetchRequest fetch{archives_.name(plan.file), plan.offset, plan.bytes, false};
+      for (const size_t index : plan.candidates) {
+        request.keys.push_back(keys[index]);
+        request.places.push_back(places[index]);
+        ShelfEntry& entry = shelf_.at(keys[index]);
+        entry.request = lastRequest_ + 1;
+        entry.lost = false;
+        fetch.fresh = fetch.fresh || entry.fresh;
+      }
+      request.plan = std::move(plan);
+      start(std::move(request), fetch);
+    }
+  }
+
+  void startDirectory(const TileKey& key, PmtilesIndex::Place place) {
+    const int file = Archives::fileOf(key);
+    const auto tries = directoryTries_.find({file, place.offset});
+    if (tries != directoryTries_.end() && now_ < tries->second.notBefore) return;
+    if (!mayStart() || isUnderway(What::Directory, file, place.offset)) return;
+    start({.what = What::Directory, .plan = {file, place.offset, place.bytes, {}}, .keys = {}, .places = {place}},
+          {archives_.name(file), place.offset, place.bytes, false});
+  }
+
+  /// The part of the wishes that the picture misses now.
+  double debt() const {
+    double sum = 0.0;
+    for (const StreamWish& wish : wishes_) {
+      if (wish.chance < 1.0) continue;
+      const ShelfEntry* entry = shelf_.find(wish.key);
+      if (entry != nullptr && (entry->isDecoded() || entry->lost)) continue;
+      sum += wish.areaPixels * std::max(0.0, wish.nowPixels - wish.targetPixels);
+    }
+    return sum;
+  }
+  uint64_t wishedBytes() const {
+    uint64_t sum = 0;
+    for (const StreamWish& wish : wishes_) {
+      const ShelfEntry* entry = shelf_.find(wish.key);
+      if (wish.chance < 1.0 || (entry != nullptr && (entry->isDecoded() || entry->payload != nullptr || entry->lost)))
+        continue;
+      sum += storedBytes(wish.key);
+    }
+    return sum;
+  }
+
+  std::unique_ptr<Transport> transport_;
+  StreamOptions options_;
+  TileShelf shelf_;
+  LineEstimate line_;
+  LinePace pace_;
+  double now_ = 0.0;
+  uint64_t turn_ = 0;  ///< counts calls of want()
+  uint64_t lastRequest_ = 0;
+  std::map<uint64_t, Underway> underway_;
+  std::vector<StreamWish> wishes_;
+  std::vector<Ranked> ranked_;
+  std::map<int, Tries> openingTries_;
+  std::map<std::pair<int, uint64_t>, Tries> directoryTries_;
+  int offlineTries_ = 0;
+  double offlineUntil_ = 0.0;
+  int decoding_ = 0;
+  std::vector<TileKey> news_;
+  StreamStatistics statistics_;
+  std::shared_ptr<Finished> finished_;
+  Workers& workers_;
+};
+
+TileStream::TileStream(std::unique_ptr<Transport> transport, Workers& workers,
+                       const StreamOptions& options)
+    : state_(std::make_unique<State>(std::move(transport), workers, options)) {}
+TileStream::~TileStream() = default;
+
+StreamPhase TileStream::phase() const {
+  return state_->phase_;
+}
+const std::string& TileStream::problem() const {
+  return state_->problem_;
+}
+const Manifest& TileStream::manifest() const {
+  TERRANE_CHECK(state_->phase_ == StreamPhase::Ready, "the dataset is not open");
+  return state_->archives_.manifest();
+}
+void TileStream::poll(double nowSeconds) {
+  state_->poll(nowSeconds);
+}
+void TileStream::want(std::span<const StreamWish> wishes) {
+  state_->want(wishes);
+}
+void TileStream::hold(std::span<const TileId> tiles) {
+  state_->shelf().hold(tiles);
+}
+bool TileStream::isStored(const TileKey& key) const {
+  return state_->archives_.find(key).kind != PmtilesIndex::Kind::NotStored;
+}
+bool TileStream::isLost(const TileKey& key) const {
+  const ShelfEntry* entry = state_->shelf().find(key);
+  return entry != nullptr && entry->lost;
+}
+std::shared_ptr<const Tile> TileStream::elevation(TileId id) const {
+  const ShelfEntry* entry = state_->shelf().find(TileKey{TileKey::kElevation, id});
+  return entry == nullptr ? nullptr : entry->tile;
+}
+std::shared_ptr<const ImageryTile> TileStream::picture(const TileKey& key) const {
+  const ShelfEntry* entry = state_->shelf().find(key);
+  return entry == nullptr ? nullptr : entry->picture;
+}
+std::vector<TileKey> TileStream::takeNews() {
+  return state_->takeNews();
+}
+bool TileStream::isIdle() const {
+  return state_->isIdle();
+}
+bool TileStream::isDecoding() const {
+  return state_->isDecoding();
+}
+StreamStatistics TileStream::statistics() const {
+  return state_->statistics();
+}
+const std::string& TileStream::where() const {
+  return state_->transport().where();
+}
+
+}  // namespace terrane
