@@ -29,7 +29,8 @@ void MorphRamps::holdBack(const Diamond& d) {
   if (history_ != nullptr) next_.heldBack.insert(d);
 }
 
-MorphRamps::Progress MorphRamps::advance(const Diamond& d, const Progress& parents, double excess) {
+MorphRamps::Progress MorphRamps::advance(const Diamond& d, const Progress& parents, double wanted,
+                                         double excess) {
   if (history_ == nullptr) return {};
   double share = 0.0;
   double seconds = 0.0;  // since it began, or since the last selection
@@ -45,7 +46,7 @@ MorphRamps::Progress MorphRamps::advance(const Diamond& d, const Progress& paren
   }
 
   const double speed = std::clamp(1.0 + 4.0 * std::log2(std::max(excess, 1.0)), 1.0, 16.0) / kRampSeconds;
-  const double needed = (1.0 - share) / speed;
+  const double needed = std::max(0.0, wanted - share) / speed;
   if (seconds >= needed) return {1.0, seconds - needed, true};
   share += seconds * speed;
   next_.ramps.emplace(d, share);

@@ -19,7 +19,7 @@ class MorphRamps {
 
   /// How far one diamond, or two parents together, have faded in.
   struct Progress {
-    double share = 1.0;         ///< 1: in full
+    double share = 1.0;         ///< 1: as far as the camera asks
     double secondsSince = 0.0;  ///< how long ago it became so; only where `moved`
     bool moved = false;         ///< it was below 1 at some time since the last selection
     bool done() const { return share >= 1.0; }
@@ -29,10 +29,10 @@ class MorphRamps {
 
   /// The diamond would split but for its tiles.
   void holdBack(const Diamond& d);
-  /// The diamond splits. `parents`: done, both of them. `excess`: how many times too coarse it is without,
-  /// at least 1 and perhaps infinite: what is far too coarse fades faster, so that a chain of many levels
-  /// does not take many times as long as one.
-  Progress advance(const Diamond& d, const Progress& parents, double excess);
+  /// The diamond splits. `parents`: done, both of them. `wanted`: the morph that the camera asks for, which
+  /// is as far as it has to fade in. `excess`: how many times too coarse it is without, perhaps infinite:
+  /// what is far too coarse fades faster, so that a chain of many levels takes little longer than one.
+  Progress advance(const Diamond& d, const Progress& parents, double wanted, double excess);
 
   /// Hands over to the next selection. Returns how many diamonds are on their way.
   int finish();

@@ -343,7 +343,7 @@ class Selector {
   void split(const Diamond& d, const Judgement& judged, const MorphRamps::Progress& parents,
              std::vector<Piece>& next) {
     Split made;
-    made.ramp = ramps_.advance(d, parents, judged.excess);
+    made.ramp = ramps_.advance(d, parents, judged.morph, judged.excess);
     made.morph = static_cast<float>(std::min(judged.morph, made.ramp.share));
     made.errorMeters = judged.errorMeters;
     made.errorPixels = judged.errorPixels;
