@@ -24,9 +24,11 @@ class TerrainViewTest : public ::testing::Test {
     options.output = directory();
     const auto hills = [](int64_t x, int64_t y) {
       const double u = static_cast<double>(x), v = static_cast<double>(y);
-      return static_cast<float>(400.0 * std::sin(u / 91.0) * std::cos(v / 73.0) + 60.0 * std::sin(u / 9.0 + v / 7.0));
+      return static_cast<float>(400.0 * std::sin(u / 91.0) * std::cos(v / 73.0) +
+                                60.0 * std::sin(u / 9.0 + v / 7.0));
     };
-    const FunctionSource source({{.level = 3, .x0 = 0, .y0 = 0, .x1 = 2048, .y1 = 2048, .height = hills}}, 0.1, 0.05);
+    const FunctionSource source({{.level = 3, .x0 = 0, .y0 = 0, .x1 = 2048, .y1 = 2048, .height = hills}},
+                                0.1, 0.05);
     SilentProgress silent;
     const auto built = buildDataset(source, options, silent);
     ASSERT_TRUE(built.ok()) << built.error().message;

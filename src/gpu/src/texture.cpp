@@ -53,9 +53,8 @@ Status TextureArray::reserve(const Context& context, int layers, Growth growth) 
   const int most = context.limits().maxArrayLayers;
   if (layers > most)
     return makeError("{} layers of a texture array, but the driver's limit is {}", layers, most);
-  const int wanted = growth == Growth::Exact
-                         ? layers
-                         : std::min(most, std::max({layers, kSmallest, layers_ + layers_ / 2}));
+  const int wanted =
+      growth == Growth::Exact ? layers : std::min(most, std::max({layers, kSmallest, layers_ + layers_ / 2}));
   TERRANE_TRY(context.checkErrors("drawing, before a texture array grew"));
   Name<deleteTexture> grown(allocate(wanted));
   TERRANE_TRY(context.checkErrors("making a texture array larger"));

@@ -17,7 +17,8 @@ namespace terrane {
 
 namespace {
 
-/// More of the aimed at sizes than this a texel of the finest shading tile that a patch can have may not cover.
+/// More of the aimed at sizes than this a texel of the finest shading tile that a patch can have may not
+/// cover.
 constexpr double kShadingTexelPixels = 1.5;
 /// A diamond's error is larger than its children's by at least this factor: one step of error codes (strict
 /// saturation).
