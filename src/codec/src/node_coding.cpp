@@ -2,25 +2,52 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstdlib>
 
 #include "node_ranges.h"
-#include "rans.h"
+#include "binary_coding.h"
 #include "terrane/base/check.h"
 #include "terrane/tiling/lattice.h"
 
 namespace terrane {
 namespace {
 
-/// Which differences are spread alike.
-enum class NodeClass : uint8_t {
-  FinestError,
-  CoarserError,
-  FinestLargeError,
-  FinestRange,
-  InnerRange,
-  BorderRange
+/// Which differences are alike.
+enum class NodeClass : uint8_t { Finest, Inner, Border, LargeFinest, LargeInner, LargeBorder, Empty };
+constexpr size_t kNodeClasses = 7;
+
+/// How large a difference was, for contexts.
+constexpr size_t sizeClass(int size) {
+  return size < 3 ? static_cast<size_t>(size) : size < 6 ? 3 : 4;
+}
+constexpr size_t kSizeClasses = 5;
+
+/// A number near 0, by answers: is it, its sign, and how far it goes.
+struct NumberModels {
+  static constexpr uint32_t kSteps = 14;
+  AnswerModel isZero;
+  AnswerModel isNegative;
+  std::array<AnswerModel, kSteps> goesOn;
+
+  template <class Coder>
+  int32_t code(Coder& coder, int32_t value) {
+    constexpr int kMost = 60;
+    const auto ask = [&](AnswerModel& model, bool yes) {
+      yes = coder.code(model.chance, yes);
+      model.learn(yes, kMost);
+      return yes;
+    };
+    if (ask(isZero, value == 0)) return 0;
+    const bool negative = ask(isNegative, value < 0);
+    const auto size = static_cast<uint32_t>(negative ? -value : value);
+    uint32_t i = 0;
+    while (i < kSteps && ask(goesOn[i], size > i + 1)) ++i;
+    uint32_t out = i + 1;
+    if (i == kSteps) out += codeLarge(coder, size - out);
+    return negative ? -static_cast<int32_t>(out) : static_cast<int32_t>(out);
+  }
 };
-constexpr int kNodeClasses = 6;
 
 /// What codes have lately exceeded their expectation by, so that the next one can be expected to as well.
 class Drift {
@@ -50,7 +77,8 @@ class NodeWalk {
         ranges_(tile, nodes, scale, isRoot),
         leastError_(scale.codeFromError(scale.sampleError)) {}
 
-  /// visit(class, expected, code): `code` is read or set before the next one is expected.
+  /// visitError(class, context, expected, code), visitRange(context, expected, low, high): codes are read or set
+  /// before the next one is expected.
   template <class VisitError, class VisitRange>
   void walk(VisitError&& visitError, VisitRange&& visitRange) {
     for (int level = kNodeLevels - 1; level >= firstNodeLevel(isRoot_); --level) {
@@ -58,10 +86,8 @@ class NodeWalk {
       visitPlaces(level, [&](int x, int y) {
         const auto i = static_cast<size_t>(nodeIndex(level, x, y, isRoot_));
         const bool isBorder = x == 0 || y == 0 || x == kTileCells || y == kTileCells;
-        const NodeClass of = isFinest   ? NodeClass::FinestRange
-                             : isBorder ? NodeClass::BorderRange
-                                        : NodeClass::InnerRange;
-        visitRange(of, ranges_.expect({level, x, y}), nodes_.low[i], nodes_.high[i]);
+        const NodeClass of = isFinest ? NodeClass::Finest : isBorder ? NodeClass::Border : NodeClass::Inner;
+        visitRange(isFinest && !ranges_.isRefined({level, x, y}) ? NodeClass::LargeFinest : of, ranges_.expect({level, x, y}), nodes_.low[i], nodes_.high[i]);
       });
     }
     for (int k = kNodeGrid.k; k <= PatchGrid::kLargest; ++k) {
@@ -71,16 +97,18 @@ class NodeWalk {
         Drift drift;
         visitPlaces(level, [&](int x, int y) {
           uint8_t& code = error(k, level, x, y);
-          if (level == finest) {
-            const bool isLarge = k > kNodeGrid.k;
-            visitError(isLarge ? NodeClass::FinestLargeError : NodeClass::FinestError,
+          const bool isLarge = k > kNodeGrid.k;
+          if (!isLarge && isVoid(level, x, y)) {
+            visitError(NodeClass::Empty, 0, code);
+          } else if (level == finest) {
+            visitError(isLarge ? NodeClass::LargeFinest : NodeClass::Finest,
                        isLarge ? std::max(ofSmaller(k, level, x, y), leastError_) : ofNeighbours(level, x, y),
                        code);
-          } else if (k == kNodeGrid.k && isVoid(level, x, y)) {
-            visitError(NodeClass::CoarserError, 0, code);
           } else {
             const int base = ofParts(k, level, x, y);
-            visitError(NodeClass::CoarserError, base + drift.value(), code);
+            const bool isBorder = x == 0 || y == 0 || x == kTileCells || y == kTileCells;
+            visitError(isLarge ? (isBorder ? NodeClass::LargeBorder : NodeClass::LargeInner) : isBorder ? NodeClass::Border : NodeClass::Inner,
+                       base + drift.value(), code);
             drift.follow(code - base);
           }
         });
@@ -158,63 +186,67 @@ class NodeWalk {
   int leastError_;
 };
 
+struct NodeModels {
+  std::array<std::array<NumberModels, kSizeClasses>, kNodeClasses> errors;
+  std::array<std::array<std::array<NumberModels, kSizeClasses>, 2>, kNodeClasses> ranges;
+  std::array<int, kNodeClasses> lastError{};
+  std::array<std::array<int, 2>, kNodeClasses> lastRange{};
+
+  template <class Coder>
+  int32_t error(Coder& coder, NodeClass of, int32_t value) {
+    int& last = lastError[static_cast<size_t>(of)];
+    value = errors[static_cast<size_t>(of)][sizeClass(std::min(last, 8))].code(coder, value);
+    last = (last + 2 * std::min(std::abs(value), 100) + 1) / 2;
+    return value;
+  }
+  template <class Coder>
+  int32_t range(Coder& coder, NodeClass of, size_t side, int32_t value) {
+    int& last = lastRange[static_cast<size_t>(of)][side];
+    value = ranges[static_cast<size_t>(of)][side][sizeClass(std::min(last, 8))].code(coder, value);
+    last = (last + 2 * std::min(std::abs(value), 100) + 1) / 2;
+    return value;
+  }
+};
+
 }  // namespace
 
 void encodeNodes(const Tile& tile, const ElevationScale& scale, bool isRoot, std::vector<uint8_t>& out) {
   TileNodes nodes = tile.nodes;
-  std::array<std::vector<int32_t>, kNodeClasses> differences;
-  std::vector<std::pair<NodeClass, int32_t>> sequence;
-  const auto add = [&](NodeClass of, int32_t difference) {
-    differences[static_cast<size_t>(of)].push_back(difference);
-    sequence.emplace_back(of, difference);
-  };
+  BinaryWriter writer;
+  NodeModels models;
   NodeWalk(tile, nodes, scale, isRoot)
-      .walk([&](NodeClass of, int expected, uint8_t code) { add(of, code - expected); },
+      .walk([&](NodeClass of, int expected, uint8_t code) { models.error(writer, of, code - expected); },
             [&](NodeClass of, RangePredictor::Range expected, uint16_t low, uint16_t high) {
               TERRANE_CHECK(isRange(low, high), "a node's range {} {}", low, high);
-              add(of, rangeDifference(expected.low, low));
-              add(of, rangeDifference(expected.high, high));
+              models.range(writer, of, 0, rangeDifference(expected.low, low));
+              models.range(writer, of, 1, rangeDifference(expected.high, high));
             });
-
-  SegmentWriter writer;
-  std::array<int, kNodeClasses> spreads{};
-  for (size_t i = 0; i < kNodeClasses; ++i) {
-    spreads[i] = bestSpread(differences[i]);
-    writer.plain(static_cast<uint32_t>(spreads[i]), 7);
-  }
-  for (const auto& [of, difference] : sequence) writer.number(spreads[static_cast<size_t>(of)], difference);
   writer.finish(out);
 }
 
 Result<size_t> decodeNodes(std::span<const uint8_t> bytes, const ElevationScale& scale, bool isRoot,
                            Tile& tile) {
   size_t used = 0;
-  TERRANE_ASSIGN(SegmentReader in, SegmentReader::open(bytes, used));
+  TERRANE_ASSIGN(BinaryReader in, BinaryReader::open(bytes, used));
   TileNodes& nodes = tile.nodes;
   nodes.error.resize(static_cast<size_t>(tileNodeCount(isRoot)));
   nodes.largeError.resize(static_cast<size_t>(tileLargeNodeCount(isRoot)));
   nodes.low.resize(nodes.error.size());
   nodes.high.resize(nodes.error.size());
 
-  std::array<int, kNodeClasses> spreads{};
   bool ok = true;
-  for (int& spread : spreads) {
-    spread = static_cast<int>(in.plain(7));
-    ok &= spread < kSpreads;
-    spread = std::min(spread, kSpreads - 1);
-  }
   bool isOrdered = true;
+  NodeModels models;
   NodeWalk(tile, nodes, scale, isRoot)
       .walk(
           [&](NodeClass of, int expected, uint8_t& code) {
-            const int64_t value = int64_t{expected} + in.number(spreads[static_cast<size_t>(of)]);
+            const int64_t value = int64_t{expected} + models.error(in, of, 0);
             ok &= value >= 0 && value <= 255;
             code = static_cast<uint8_t>(value);
           },
           [&](NodeClass of, RangePredictor::Range expected, uint16_t& low, uint16_t& high) {
-            const int spread = spreads[static_cast<size_t>(of)];
-            const int32_t below = in.number(spread);
-            const int32_t above = in.number(spread);
+            const int32_t below = models.range(in, of, 0, 0);
+            const int32_t above = models.range(in, of, 1, 0);
             ok &= below == static_cast<int16_t>(below) && above == static_cast<int16_t>(above);
             low = static_cast<uint16_t>(static_cast<uint32_t>(expected.low) + static_cast<uint32_t>(below));
             high = static_cast<uint16_t>(static_cast<uint32_t>(expected.high) + static_cast<uint32_t>(above));

@@ -77,12 +77,15 @@ RangePredictor::Range RangePredictor::expect(const NodePlace& place) const {
   return place.nodeLevel == kNodeLevels - 1 ? ofSamples(place) : ofChildren(place);
 }
 
+bool RangePredictor::isRefined(const NodePlace& quad) const {
+  const int quadrant = (quad.x < kTileCells / 2 ? 0 : 1) + (quad.y < kTileCells / 2 ? 0 : 2);
+  return tile_.children[static_cast<size_t>(quadrant)].state == ChildState::Present;
+}
+
 RangePredictor::Range RangePredictor::ofSamples(const NodePlace& quad) const {
   // Where a finer tile is stored, the quad's descendants fill the octagon of |x|, |y| <= 24, |x| + |y| <= 32.
-  const int quadrant = (quad.x < kTileCells / 2 ? 0 : 1) + (quad.y < kTileCells / 2 ? 0 : 2);
-  const bool isFinest = tile_.children[static_cast<size_t>(quadrant)].state != ChildState::Present;
-  const int reach = isFinest ? 1 : 3;
-  const int sum = isFinest ? 2 : 4;
+  const int reach = isRefined(quad) ? 3 : 1;
+  const int sum = isRefined(quad) ? 4 : 2;
 
   float low = kInfinity;
   float high = -kInfinity;

@@ -22,6 +22,8 @@ class RangePredictor {
   /// Quads of the finest node level: the ground under them, and what finer tiles may add around.
   /// All others: what their children in the tile have.
   Range expect(const NodePlace& place) const;
+  /// Is there a finer tile under a quad of the finest node level?
+  bool isRefined(const NodePlace& quad) const;
 
  private:
   Range ofSamples(const NodePlace& quad) const;
