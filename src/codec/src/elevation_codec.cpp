@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <memory>
 
 #include "byte_streams.h"
 #include "coverage_coding.h"
@@ -200,7 +201,8 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
   const OwnStates states = ownStatesOf(tile.samples.states, isRoot);
   const CoverageMode coverageMode = coverageModeOf(tile.samples);
 
-  SampleModels models;
+  std::unique_ptr<SampleModels> models;
+  if (states.hasAnswers()) models = std::make_unique<SampleModels>();
   ByteWriter head;
   head.byte(kVersion);
   head.byte(static_cast<uint8_t>((isRoot ? kFlagRoot : 0) | static_cast<unsigned>(coverageMode) << 1));
@@ -208,7 +210,7 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
   writeChildren(tile.children, head);
   if (isRoot) writeCorners(tile.samples, scale, head);
   std::vector<uint8_t> out = head.take();
-  for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) encodeLevel(tile.samples, s, states, scale, models, out);
+  for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) encodeLevel(tile.samples, s, states, scale, models.get(), out);
   if (coverageMode == CoverageMode::Bitmap) encodeCoverage(tile.samples, out);
   encodeNodes(tile, scale, isRoot, out);
   return out;
@@ -257,9 +259,10 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
       checkSegments(payload, in.offset(), states, levels, coverageMode == CoverageMode::Bitmap));
 
   // Its own samples, coarse to fine.
-  SampleModels models;
+  std::unique_ptr<SampleModels> models;
+  if (states.hasAnswers()) models = std::make_unique<SampleModels>();
   for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) {
-    const auto used = decodeLevel(payload.subspan(in.offset()), s, states, scale, models, tile.samples);
+    const auto used = decodeLevel(payload.subspan(in.offset()), s, states, scale, models.get(), tile.samples);
     if (!used.ok()) return makeError("at byte {}: {}", in.offset(), used.error().message);
     TERRANE_TRY(in.skip(*used));
   }

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <limits>
 
-#include "terrane/tiling/lattice.h"
 #include "vector_clones.h"
 
 namespace terrane {
@@ -32,12 +31,10 @@ TERRANE_CLONES void addGround(const float* __restrict heights, const SampleState
 
 }  // namespace
 
-RangePredictor::RangePredictor(const Tile& tile, const TileNodes& nodes, const ElevationScale& scale,
-                               bool isRoot)
+RangePredictor::RangePredictor(const Tile& tile, const TileNodes& nodes, const ElevationScale& scale)
     : tile_(tile),
       nodes_(nodes),
       scale_(scale),
-      isRoot_(isRoot),
       blockLow_(kBlocks * kBlocks, kInfinity),
       blockHigh_(kBlocks * kBlocks, -kInfinity) {
   // note: a block's border samples belong to the blocks on both sides.
@@ -73,10 +70,6 @@ RangePredictor::RangePredictor(const Tile& tile, const TileNodes& nodes, const E
   }
 }
 
-RangePredictor::Range RangePredictor::expect(const NodePlace& place) const {
-  return place.nodeLevel == kNodeLevels - 1 ? ofSamples(place) : ofChildren(place);
-}
-
 bool RangePredictor::isRefined(const NodePlace& quad) const {
   const int quadrant = (quad.x < kTileCells / 2 ? 0 : 1) + (quad.y < kTileCells / 2 ? 0 : 2);
   return tile_.children[static_cast<size_t>(quadrant)].state == ChildState::Present;
@@ -105,12 +98,12 @@ RangePredictor::Range RangePredictor::ofSamples(const NodePlace& quad) const {
           scale_.highCode(static_cast<double>(high) + scale_.sampleError)};
 }
 
-RangePredictor::Range RangePredictor::ofChildren(const NodePlace& place) const {
+RangePredictor::Range RangePredictor::ofChildren(const std::array<int16_t, 4>& children) const {
   Range range;
-  for (const Diamond& child : Lattice(0).children({place.x, place.y, place.nodeLevel})) {
-    const auto index = static_cast<size_t>(nodeIndex(child.level, child.x, child.y, isRoot_));
-    range.low = std::min(range.low, nodes_.low[index]);
-    range.high = std::max(range.high, nodes_.high[index]);
+  for (const int16_t child : children) {
+    if (child < 0) continue;
+    range.low = std::min(range.low, nodes_.low[static_cast<size_t>(child)]);
+    range.high = std::max(range.high, nodes_.high[static_cast<size_t>(child)]);
   }
   return range;
 }

@@ -18,31 +18,9 @@
 namespace terrane {
 namespace {
 
-/// How far a tile's numbers are spread, compared with what their contexts say: one number for each octave.
-constexpr int kOctaves = kSizeContexts / 4;
-using SpreadShifts = std::array<int8_t, kOctaves>;
-
 uint8_t spreadOf(uint8_t context, const SpreadShifts& shifts) {
   return static_cast<uint8_t>(std::clamp(context + shifts[context >> 2], 0, kSpreads - 1));
 }
-
-/// Nearest step numbers of heights; exact doubles in a fixed order, so that every machine gets the same.
-class StepsOfHeights {
- public:
-  explicit StepsOfHeights(const ElevationScale& scale)
-      : offset_(scale.heightOffset), stepsPerMeter_(1.0 / scale.heightStep) {}
-  int32_t operator()(float height) const {
-    const double steps = (static_cast<double>(height) - offset_) * stepsPerMeter_;
-    // note: clamped and made positive before the cast, which is then the floor and never out of range.
-    return static_cast<int32_t>(std::min(std::max(steps, -kLimit), kLimit) + (kLimit + 0.5)) -
-           static_cast<int32_t>(kLimit);
-  }
-
- private:
-  static constexpr double kLimit = 1 << 25;
-  double offset_;
-  double stepsPerMeter_;
-};
 
 void resizePlanes(LevelPlanes& planes, int n) {
   planes.corners.resize(n + 1, n + 1);
@@ -54,15 +32,9 @@ void resizePlanes(LevelPlanes& planes, int n) {
 }
 
 void takeCorners(const TileSamples& samples, int s, const ElevationScale& scale, LevelPlanes& planes) {
-  const StepsOfHeights steps(scale);
   const int n = kTileCells / (2 * s);
-  std::array<float, kTileSamples> heights;
-  for (int y = 0; y <= n; ++y) {
-    const float* from = samples.heights.data() + 2 * y * s * kTileSamples;
-    int32_t* to = planes.corners.row(y);
-    for (int x = 0; x <= n; ++x) heights[static_cast<size_t>(x)] = from[2 * x * s];
-    for (int x = 0; x <= n; ++x) to[x] = steps(heights[static_cast<size_t>(x)]);
-  }
+  for (int y = 0; y <= n; ++y)
+    stepsOf(samples.heights.data() + 2 * y * s * kTileSamples, 2 * s, n + 1, scale, planes.corners.row(y));
   planes.corners.extend();
 }
 
@@ -219,7 +191,7 @@ bool readShifts(SegmentReader& in, SpreadShifts& shifts) {
 class LevelEncoder {
  public:
   LevelEncoder(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,
-               SampleModels& models)
+               SampleModels* models)
       : samples_(samples), s_(s), ownStates_(states), scale_(scale), models_(models), scratch_(scratchOfThread()) {
     resizePlanes(scratch_.planes, kTileCells / (2 * s));
     takeCorners(samples, s, scale, scratch_.planes);
@@ -260,7 +232,7 @@ class LevelEncoder {
     for (int y = 0; y < grid.rows; ++y) {
       predictRow(scratch_.planes, grid.kind, y, weights, scratch_.predicted);
       encodeVoids(grid, y);
-      if (ownStates_.anyCoded) codeSparseRow(answers_, models_.sparse, sparseRow(grid, y));
+      if (ownStates_.anyCoded) codeSparseRow(answers_, models_->sparse, sparseRow(grid, y));
       takeMisses(grid, y);
     }
   }
@@ -300,7 +272,7 @@ class LevelEncoder {
 
   void encodeVoids(const Grid& grid, int y) {
     if (ownStates_.hasVoidAnswers())
-      scratch_.voids.codeRow(answers_, models_.voids, grid, y, samples_.states.data());
+      scratch_.voids.codeRow(answers_, models_->voids, grid, y, samples_.states.data());
   }
   void takeMisses(const Grid& grid, int y) {
     if (int32_t* misses = missesRow(scratch_.planes, grid.kind, y))
@@ -312,17 +284,12 @@ class LevelEncoder {
     SamplePlane& plane = scratch_.planes.of(grid.kind);
     scratch_.counts.resize(static_cast<size_t>(grid.rows * grid.cols));
     codedCount_ = 0;
-    const StepsOfHeights steps(scale_);
     std::array<int32_t, RowPrediction::kRoom> nearest;
-    std::array<float, RowPrediction::kRoom> heights;
     for (int y = 0; y < grid.rows; ++y) {
       int32_t* to = plane.row(y);
       uint8_t* coded = scratch_.counts.data() + y * grid.cols;
       const int first = grid.indexOf(0, y);
-      for (int x = 0; x < grid.cols; ++x)
-        heights[static_cast<size_t>(x)] = samples_.heights[static_cast<size_t>(first + 2 * x * s_)];
-      for (int x = 0; x < grid.cols; ++x)
-        nearest[static_cast<size_t>(x)] = steps(heights[static_cast<size_t>(x)]);
+      stepsOf(samples_.heights.data() + first, 2 * s_, grid.cols, scale_, nearest.data());
       for (int x = 0; x < grid.cols; ++x) {
         const int at = first + 2 * x * s_;
         const bool isCoded = samples_.states[static_cast<size_t>(at)] == SampleState::Coded;
@@ -330,7 +297,7 @@ class LevelEncoder {
         if (isCoded) {
           ++codedCount_;
           const int32_t q = nearest[static_cast<size_t>(x)];
-          const float height = heights[static_cast<size_t>(x)];
+          const float height = samples_.heights[static_cast<size_t>(at)];
           const bool isExact = std::abs(q) <= kLargestInteger && scale_.heightFromInteger(q) == height;
           to[x] = isExact ? q : integerOfCoded(height, scale_);
         } else {
@@ -360,7 +327,7 @@ class LevelEncoder {
   int s_;
   OwnStates ownStates_;
   const ElevationScale& scale_;
-  SampleModels& models_;
+  SampleModels* models_;
   Scratch& scratch_;
   BinaryWriter answers_;
   SegmentWriter numbers_;
@@ -372,7 +339,7 @@ class LevelEncoder {
 /// Decodes one lattice level of a tile.
 class LevelDecoder {
  public:
-  LevelDecoder(int s, const OwnStates& states, const ElevationScale& scale, SampleModels& models,
+  LevelDecoder(int s, const OwnStates& states, const ElevationScale& scale, SampleModels* models,
                TileSamples& samples)
       : samples_(samples), s_(s), ownStates_(states), scale_(scale), models_(models), scratch_(scratchOfThread()) {
     resizePlanes(scratch_.planes, kTileCells / (2 * s));
@@ -452,7 +419,7 @@ class LevelDecoder {
                           scratch_.lastResiduals.data()};
       int32_t* values = scratch_.planes.of(grid.kind).row(y);
       if (ownStates_.anyCoded) {
-        outOfRange_ |= !codeSparseRow(in.answers, models_.sparse, row);
+        outOfRange_ |= !codeSparseRow(in.answers, models_->sparse, row);
       } else {
         for (int x = 0; x < grid.cols; ++x) values[x] = meanOfEnds(scratch_.predicted, x);
       }
@@ -468,22 +435,18 @@ class LevelDecoder {
     if (ownStates_.hasNumbers() &&
         !(readWeights(grid.kind, in.numbers, weights) && readShifts(in.numbers, shifts)))
       return false;
-    std::array<uint8_t, kSizeContexts> spreads;
-    for (size_t context = 0; context < kSizeContexts; ++context)
-      spreads[context] = spreadOf(static_cast<uint8_t>(context), shifts);
     for (int y = 0; y < grid.rows; ++y) {
       predictRow(scratch_.planes, grid.kind, y, weights, scratch_.predicted);
       if (!ownStates_.anyCoded) {
         setAll(grid, y, SampleState::Void);
-        decodeSome(grid, y, spreads, in.numbers);
+        decodeSome(grid, y, shifts, in.numbers);
       } else if (!decodeVoids(grid, y, in)) {
-        decodeRange(grid, y, 0, grid.cols, spreads, in.numbers);
+        decodeRange(grid, y, 0, grid.cols, shifts, in.numbers);
       } else if (const auto range = codedRange(grid, y)) {
-        decodeRange(grid, y, range->first, range->second, spreads, in.numbers);
+        decodeRange(grid, y, range->first, range->second, shifts, in.numbers);
       } else {
-        decodeSome(grid, y, spreads, in.numbers);
+        decodeSome(grid, y, shifts, in.numbers);
       }
-      takeMisses(grid, y);
     }
     return true;
   }
@@ -496,7 +459,7 @@ class LevelDecoder {
   bool decodeVoids(const Grid& grid, int y, Segment& in) {
     if (!ownStates_.hasVoidAnswers()) return false;
     const VoidRow& voids =
-        scratch_.voids.codeRow(in.answers, models_.voids, grid, y, samples_.states.data());
+        scratch_.voids.codeRow(in.answers, models_->voids, grid, y, samples_.states.data());
     if (!voids.any()) return false;
     SampleState* states = samples_.states.data() + grid.indexOf(0, y);
     for (int x = 0; x < grid.cols; ++x) {
@@ -535,14 +498,13 @@ class LevelDecoder {
 
   /// A row of which the samples from `first` to before `end` are coded, and no others.
   void decodeRange(const Grid& grid, int y, int first, int end,
-                   const std::array<uint8_t, kSizeContexts>& spreadOfContext, SegmentReader& in) {
+                   const SpreadShifts& shifts, SegmentReader& in) {
     const RowPrediction& predicted = scratch_.predicted;
     std::array<uint8_t, RowPrediction::kRoom> spreads;
     std::array<int32_t, RowPrediction::kRoom> residuals;
     std::array<float, RowPrediction::kRoom> heights;
     const int count = end - first;
-    for (size_t i = 0; i < static_cast<size_t>(count); ++i)
-      spreads[i] = spreadOfContext[predicted.context[static_cast<size_t>(first) + i]];
+    spreadsOf(predicted.context.data() + first, count, shifts, spreads.data());
     in.numbers(spreads.data(), count, residuals.data());
     int32_t* values = scratch_.planes.of(grid.kind).row(y);
     int32_t* misses = missesRow(scratch_.planes, grid.kind, y);
@@ -559,6 +521,7 @@ class LevelDecoder {
     if (count == grid.cols) return;
     for (int x = 0; x < first; ++x) takeMean(grid, x, y, values);
     for (int x = end; x < grid.cols; ++x) takeMean(grid, x, y, values);
+    takeMisses(grid, y);
   }
 
   /// A sample that is not coded.
@@ -570,7 +533,7 @@ class LevelDecoder {
   }
 
   /// A row of which only some samples are coded.
-  void decodeSome(const Grid& grid, int y, const std::array<uint8_t, kSizeContexts>& spreadOfContext,
+  void decodeSome(const Grid& grid, int y, const SpreadShifts& shifts,
                   SegmentReader& in) {
     const RowPrediction& predicted = scratch_.predicted;
     const SampleState* states = samples_.states.data();
@@ -580,7 +543,7 @@ class LevelDecoder {
     int count = 0;
     for (int x = 0; x < grid.cols; ++x) {
       if (states[grid.indexOf(x, y)] != SampleState::Coded) continue;
-      spreads[static_cast<size_t>(count++)] = spreadOfContext[predicted.context[static_cast<size_t>(x)]];
+      spreads[static_cast<size_t>(count++)] = spreadOf(predicted.context[static_cast<size_t>(x)], shifts);
     }
     in.numbers(spreads.data(), count, residuals.data());
     int32_t* values = scratch_.planes.of(grid.kind).row(y);
@@ -596,13 +559,14 @@ class LevelDecoder {
         takeMean(grid, x, y, values);
       }
     }
+    takeMisses(grid, y);
   }
 
   TileSamples& samples_;
   int s_;
   OwnStates ownStates_;
   const ElevationScale& scale_;
-  SampleModels& models_;
+  SampleModels* models_;
   Scratch& scratch_;
   bool outOfRange_ = false;
 };
@@ -650,12 +614,12 @@ OwnStates ownStatesOf(const std::vector<SampleState>& states, bool isRoot) {
 }
 
 void encodeLevel(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,
-                 SampleModels& models, std::vector<uint8_t>& out) {
+                 SampleModels* models, std::vector<uint8_t>& out) {
   LevelEncoder(samples, s, states, scale, models).encode(out);
 }
 
 Result<size_t> decodeLevel(std::span<const uint8_t> bytes, int s, const OwnStates& states,
-                           const ElevationScale& scale, SampleModels& models, TileSamples& samples) {
+                           const ElevationScale& scale, SampleModels* models, TileSamples& samples) {
   return LevelDecoder(s, states, scale, models, samples).decode(bytes);
 }
 

@@ -41,12 +41,12 @@ OwnStates ownStatesOf(const std::vector<SampleState>& states, bool isRoot);
 
 /// Appends the segments of a lattice level (half-size s): quad-centres, then edge-centres.
 void encodeLevel(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,
-                 SampleModels& models, std::vector<uint8_t>& out);
+                 SampleModels* models, std::vector<uint8_t>& out);
 
 /// Reads them; the coarser samples must be there. Gives the number of bytes used. Errors are relative to
 /// `bytes`.
 Result<size_t> decodeLevel(std::span<const uint8_t> bytes, int s, const OwnStates& states,
-                           const ElevationScale& scale, SampleModels& models, TileSamples& samples);
+                           const ElevationScale& scale, SampleModels* models, TileSamples& samples);
 
 /// The step number whose height a coded sample has.
 int32_t integerOfCoded(float height, const ElevationScale& scale);

@@ -37,6 +37,7 @@ class VoidRow {
 struct VoidModels {
   std::array<AnswerModel, 20> isVoid;
   std::array<AnswerModel, 2> differs;
+  AnswerModel rowDiffers;
 
 };
 
@@ -73,6 +74,12 @@ class VoidLevel {
         if (states[grid.indexOf(x, y)] == SampleState::Void) row.set(x);
       }
     }
+    // The row as a whole, where nothing around it is void.
+    if (!isVoidAroundRow(grid, y)) {
+      const bool differs = coder.code(models.rowDiffers.chance, !Coder::kReads && row.any());
+      models.rowDiffers.learn(differs, kMost);
+      if (!differs) return row;
+    }
     for (int x = 0; x < grid.cols; x += kRun) {
       const int count = std::min(kRun, grid.cols - x);
       const uint32_t all = (1U << count) - 1;
@@ -106,6 +113,20 @@ class VoidLevel {
   }
   std::vector<VoidRow>& rowsOf(SampleKind kind) {
     return kind == SampleKind::QuadCenter ? quads_ : kind == SampleKind::HorizontalEdge ? horizontal_ : vertical_;
+  }
+
+  /// Is there anything void among a row's ends and apexes?
+  bool isVoidAroundRow(const Grid& grid, int y) const {
+    const auto at = static_cast<size_t>(y);
+    switch (grid.kind) {
+      case SampleKind::QuadCenter:
+        return corners_[at].any() || corners_[at + 1].any();
+      case SampleKind::HorizontalEdge:
+        return corners_[at].any() || (y > 0 && quads_[at - 1].any()) || (y < grid.rows - 1 && quads_[at].any());
+      case SampleKind::VerticalEdge:
+        break;
+    }
+    return corners_[at].any() || corners_[at + 1].any() || quads_[at].any();
   }
 
   /// The ends and apexes of a run of samples, as far as they are in the tile.
