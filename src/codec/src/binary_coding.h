@@ -10,8 +10,8 @@
 
 #include "terrane/base/result.h"
 
-/// Yes-or-no answers whose odds are learned while they are read: a binary arithmetic coder, models that follow
-/// what they have seen, and a mixer that weighs several models by how well they have done
+/// Yes-or-no answers whose odds are learned while they are read: a binary arithmetic coder, models that
+/// follow what they have seen, and a mixer that weighs several models by how well they have done
 /// (docs/format/elevation-v3.md, "Answers"). Whole numbers only: the same on every machine.
 ///
 /// Coders come as a pair with the same face, so that what is asked in which context is written once, for both
@@ -31,7 +31,8 @@ struct AnswerModel {
   void learn(bool yes, int most) {
     static constexpr std::array<uint16_t, kMostSeen + 1> kShare = [] {
       std::array<uint16_t, kMostSeen + 1> made{};
-      for (size_t i = 0; i < made.size(); ++i) made[i] = static_cast<uint16_t>(32768.0 / (static_cast<double>(i) + 1.5));
+      for (size_t i = 0; i < made.size(); ++i)
+        made[i] = static_cast<uint16_t>(32768.0 / (static_cast<double>(i) + 1.5));
       return made;
     }();
     const int goal = yes ? 65535 : 0;
@@ -56,8 +57,9 @@ struct AnswerMixer {
 
 /// Asks several models about one answer.
 template <class Coder, size_t Count>
-inline bool codeMixed(Coder& coder, const EvidenceTables& tables, const std::array<AnswerModel*, Count>& models,
-                      AnswerMixer<Count>& mixer, int most, bool yes = false) {
+inline bool codeMixed(Coder& coder, const EvidenceTables& tables,
+                      const std::array<AnswerModel*, Count>& models, AnswerMixer<Count>& mixer, int most,
+                      bool yes = false) {
   std::array<int32_t, Count> evidence;
   int64_t sum = 0;
   for (size_t i = 0; i < Count; ++i) {
@@ -158,6 +160,6 @@ class BinaryReader {
   const uint8_t* end_ = nullptr;
   uint32_t range_ = 0xffffffffU;
   uint32_t code_ = 0;
-  };
+};
 
 }  // namespace terrane

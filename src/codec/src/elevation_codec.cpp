@@ -14,11 +14,11 @@
 #include "sample_lattice.h"
 #include "terrane/base/check.h"
 
-// docs/format/elevation-v2.md specifies every byte that is written and read here.
+// docs/format/elevation-v3.md specifies every byte that is written and read here.
 namespace terrane {
 namespace {
 
-constexpr uint8_t kVersion = 2;
+constexpr uint8_t kVersion = 3;
 constexpr uint8_t kFlagRoot = 1;
 
 enum class CoverageMode : uint8_t { None = 0, Full = 1, FromCorners = 2, Bitmap = 3 };
@@ -210,7 +210,8 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
   writeChildren(tile.children, head);
   if (isRoot) writeCorners(tile.samples, scale, head);
   std::vector<uint8_t> out = head.take();
-  for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) encodeLevel(tile.samples, s, states, scale, models.get(), out);
+  for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2)
+    encodeLevel(tile.samples, s, states, scale, models.get(), out);
   if (coverageMode == CoverageMode::Bitmap) encodeCoverage(tile.samples, out);
   encodeNodes(tile, scale, isRoot, out);
   return out;
@@ -226,10 +227,11 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
   if (version > kVersion) {
     return makeError("byte 0: payload version {}, this program reads {}: update Terrane", version, kVersion);
   }
-  if (version == 1) {
-    return makeError("byte 0: payload version 1, this program reads {}: build the dataset again", kVersion);
+  if (version == 0) return makeError("byte 0: payload version 0 does not exist");
+  if (version != kVersion) {
+    return makeError("byte 0: payload version {}, this program reads {}: build the dataset again", version,
+                     kVersion);
   }
-  if (version != kVersion) return makeError("byte 0: payload version {} does not exist", version);
   TERRANE_ASSIGN(const uint8_t flags, in.byte());
   if (flags >= 8) return makeError("byte 1: unknown flags {:#x}", flags);
   if (((flags & kFlagRoot) != 0) != isRoot) {
@@ -255,8 +257,7 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
   // All segments are whole before any of them is decoded: what was cut off on its way is refused at once.
   int levels = 0;
   for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) ++levels;
-  TERRANE_TRY(
-      checkSegments(payload, in.offset(), states, levels, coverageMode == CoverageMode::Bitmap));
+  TERRANE_TRY(checkSegments(payload, in.offset(), states, levels, coverageMode == CoverageMode::Bitmap));
 
   // Its own samples, coarse to fine.
   std::unique_ptr<SampleModels> models;

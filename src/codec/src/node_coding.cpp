@@ -132,8 +132,7 @@ class NodePlan {
   void addChildren(int k, NodeStep& step) const {
     size_t count = 0;
     for (const Diamond& child : Lattice(0).children({step.place.x, step.place.y, step.place.nodeLevel}))
-      step.children[count++] =
-          indexOf(k, child.level, static_cast<int>(child.x), static_cast<int>(child.y));
+      step.children[count++] = indexOf(k, child.level, static_cast<int>(child.x), static_cast<int>(child.y));
   }
   void addSmaller(int k, NodeStep& step) const {
     const auto [level, x, y] = step.place;
@@ -175,8 +174,7 @@ class NodeWalk {
       const auto i = static_cast<size_t>(step.index);
       // Where no finer tile is, the samples say it all.
       const bool isExact = step.isFinest && !ranges_.isRefined(step.place);
-      const auto expected =
-          step.isFinest ? ranges_.ofSamples(step.place) : ranges_.ofChildren(step.children);
+      const auto expected = step.isFinest ? ranges_.ofSamples(step.place) : ranges_.ofChildren(step.children);
       visitRange(isExact ? NodeClass::LargeFinest : step.of, expected, nodes_.low[i], nodes_.high[i]);
     }
     for (int k = kNodeGrid.k; k <= PatchGrid::kLargest; ++k) {
@@ -190,9 +188,10 @@ class NodeWalk {
         if (k == kNodeGrid.k && isVoid(step.index)) {
           visitError(NodeClass::Empty, 0, code);
         } else if (step.isFinest) {
-          visitError(step.of,
-                     k == kNodeGrid.k ? ofNeighbours(step) : std::max(largestOf(step.smaller, smaller), leastError_),
-                     code);
+          visitError(
+              step.of,
+              k == kNodeGrid.k ? ofNeighbours(step) : std::max(largestOf(step.smaller, smaller), leastError_),
+              code);
         } else {
           // Errors are strictly saturated, and a larger patch is four of the next smaller K.
           int base = largestOf(step.children, codes);

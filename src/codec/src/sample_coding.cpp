@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "rans.h"
-#include "sample_lattice.h"
 #include "sample_grid.h"
+#include "sample_lattice.h"
 #include "sample_prediction.h"
 #include "terrane/base/check.h"
 
@@ -192,7 +192,12 @@ class LevelEncoder {
  public:
   LevelEncoder(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,
                SampleModels* models)
-      : samples_(samples), s_(s), ownStates_(states), scale_(scale), models_(models), scratch_(scratchOfThread()) {
+      : samples_(samples),
+        s_(s),
+        ownStates_(states),
+        scale_(scale),
+        models_(models),
+        scratch_(scratchOfThread()) {
     resizePlanes(scratch_.planes, kTileCells / (2 * s));
     takeCorners(samples, s, scale, scratch_.planes);
     if (states.hasVoidAnswers()) scratch_.voids.begin(s, samples.states.data());
@@ -239,7 +244,13 @@ class LevelEncoder {
   SparseRow sparseRow(const Grid& grid, int y) {
     // note: a writer changes no states.
     auto* states = const_cast<SampleState*>(samples_.states.data());
-    return {grid, y, ownStates_.closed, scratch_.predicted, states, scratch_.planes, scratch_.lastResiduals.data()};
+    return {grid,
+            y,
+            ownStates_.closed,
+            scratch_.predicted,
+            states,
+            scratch_.planes,
+            scratch_.lastResiduals.data()};
   }
 
   /// First what will be said, then how best to say it.
@@ -267,7 +278,8 @@ class LevelEncoder {
     chooser.add(contexts, residuals);
     const SpreadShifts shifts = chooser.choose();
     writeShifts(shifts, numbers_);
-    for (size_t i = 0; i < residuals.size(); ++i) numbers_.number(spreadOf(contexts[i], shifts), residuals[i]);
+    for (size_t i = 0; i < residuals.size(); ++i)
+      numbers_.number(spreadOf(contexts[i], shifts), residuals[i]);
   }
 
   void encodeVoids(const Grid& grid, int y) {
@@ -341,7 +353,12 @@ class LevelDecoder {
  public:
   LevelDecoder(int s, const OwnStates& states, const ElevationScale& scale, SampleModels* models,
                TileSamples& samples)
-      : samples_(samples), s_(s), ownStates_(states), scale_(scale), models_(models), scratch_(scratchOfThread()) {
+      : samples_(samples),
+        s_(s),
+        ownStates_(states),
+        scale_(scale),
+        models_(models),
+        scratch_(scratchOfThread()) {
     resizePlanes(scratch_.planes, kTileCells / (2 * s));
     takeCorners(samples, s, scale, scratch_.planes);
     if (states.hasVoidAnswers()) scratch_.voids.begin(s, samples.states.data());
@@ -415,7 +432,12 @@ class LevelDecoder {
       // note: what is not known yet is Coded.
       setAll(grid, y, SampleState::Interpolated);
       decodeVoids(grid, y, in);
-      const SparseRow row{grid, y, ownStates_.closed, scratch_.predicted, samples_.states.data(), scratch_.planes,
+      const SparseRow row{grid,
+                          y,
+                          ownStates_.closed,
+                          scratch_.predicted,
+                          samples_.states.data(),
+                          scratch_.planes,
                           scratch_.lastResiduals.data()};
       int32_t* values = scratch_.planes.of(grid.kind).row(y);
       if (ownStates_.anyCoded) {
@@ -462,9 +484,7 @@ class LevelDecoder {
         scratch_.voids.codeRow(in.answers, models_->voids, grid, y, samples_.states.data());
     if (!voids.any()) return false;
     SampleState* states = samples_.states.data() + grid.indexOf(0, y);
-    for (int x = 0; x < grid.cols; ++x) {
-      if (voids.at(x)) states[2 * x * s_] = SampleState::Void;
-    }
+    voids.forEach([&](int x) { states[2 * x * s_] = SampleState::Void; });
     return true;
   }
   void setHeights(const Grid& grid, int y, const int32_t* values) {
@@ -497,8 +517,8 @@ class LevelDecoder {
   }
 
   /// A row of which the samples from `first` to before `end` are coded, and no others.
-  void decodeRange(const Grid& grid, int y, int first, int end,
-                   const SpreadShifts& shifts, SegmentReader& in) {
+  void decodeRange(const Grid& grid, int y, int first, int end, const SpreadShifts& shifts,
+                   SegmentReader& in) {
     const RowPrediction& predicted = scratch_.predicted;
     std::array<uint8_t, RowPrediction::kRoom> spreads;
     std::array<int32_t, RowPrediction::kRoom> residuals;
@@ -533,8 +553,7 @@ class LevelDecoder {
   }
 
   /// A row of which only some samples are coded.
-  void decodeSome(const Grid& grid, int y, const SpreadShifts& shifts,
-                  SegmentReader& in) {
+  void decodeSome(const Grid& grid, int y, const SpreadShifts& shifts, SegmentReader& in) {
     const RowPrediction& predicted = scratch_.predicted;
     const SampleState* states = samples_.states.data();
     float* heights = samples_.heights.data();

@@ -354,7 +354,8 @@ TERRANE_CLONES void stepsOf(const float* heights, int stride, int count, const E
   if (stride == 2) {
     for (size_t x = 0; x < static_cast<size_t>(count); ++x) taken[x] = heights[2 * x];
   } else {
-    for (size_t x = 0; x < static_cast<size_t>(count); ++x) taken[x] = heights[x * static_cast<size_t>(stride)];
+    for (size_t x = 0; x < static_cast<size_t>(count); ++x)
+      taken[x] = heights[x * static_cast<size_t>(stride)];
   }
   for (size_t x = 0; x < static_cast<size_t>(count); ++x) {
     const double value = (static_cast<double>(taken[x]) - offset) * stepsPerMeter;
@@ -371,8 +372,8 @@ uint8_t spreadOf(uint8_t context, const SpreadShifts& shifts) {
 }
 
 #if defined(__x86_64__)
-__attribute__((target("avx2"))) void spreadsOfAvx2(const uint8_t* contexts, int count, const SpreadShifts& shifts,
-                                                   uint8_t* spreads) {
+__attribute__((target("avx2"))) void spreadsOfAvx2(const uint8_t* contexts, int count,
+                                                   const SpreadShifts& shifts, uint8_t* spreads) {
   const __m256i table =
       _mm256_broadcastsi128_si256(_mm_loadu_si128(reinterpret_cast<const __m128i*>(shifts.data())));
   const __m256i most = _mm256_set1_epi8(kSpreads - 1);

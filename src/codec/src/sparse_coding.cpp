@@ -33,14 +33,14 @@ size_t farMissClass(uint32_t size) {
 /// What is known around one sample.
 struct Surroundings {
   size_t kind = 0;
-  size_t bend = 0;      ///< class
+  size_t bend = 0;  ///< class
   bool bendsDown = false;
-  size_t size = 0;      ///< size context
-  size_t coded = 0;     ///< which samples around are Coded
-  size_t count = 0;     ///< how many, about
-  size_t misses = 0;    ///< classes of what predictions missed around
+  size_t size = 0;    ///< size context
+  size_t coded = 0;   ///< which samples around are Coded
+  size_t count = 0;   ///< how many, about
+  size_t misses = 0;  ///< classes of what predictions missed around
   size_t more = 0;
-  int west = 0;         ///< residuals of the same kind
+  int west = 0;  ///< residuals of the same kind
   int north = 0;
 };
 
@@ -85,7 +85,8 @@ class Looking {
   }
 
   void aroundQuad(Surroundings& out) const {
-    const size_t west = coded(-2, 0), north = coded(0, -2), northWest = coded(-2, -2), northEast = coded(2, -2);
+    const size_t west = coded(-2, 0), north = coded(0, -2), northWest = coded(-2, -2),
+                 northEast = coded(2, -2);
     size_t corners = 0;
     for (const int side : {-1, 1}) {
       for (const int far : {-3, 3}) corners += coded(side, far) + coded(far, side);
@@ -103,8 +104,9 @@ class Looking {
     out.count = west + north + quads[0] + quads[1] + quads[2] + quads[3];
     const int32_t* above = row_.planes.quadMisses.row(row_.y - 1) + x;
     const int32_t* below = row_.planes.quadMisses.row(row_.y) + x;
-    out.misses = 6 * missClass(magnitude(above[0]) + magnitude(below[0])) +
-                 farMissClass(magnitude(above[-1]) + magnitude(below[-1]) + magnitude(above[1]) + magnitude(below[1]));
+    out.misses =
+        6 * missClass(magnitude(above[0]) + magnitude(below[0])) +
+        farMissClass(magnitude(above[-1]) + magnitude(below[-1]) + magnitude(above[1]) + magnitude(below[1]));
     out.more = west + 2 * north;
   }
   void aroundVertical(int x, Surroundings& out) const {
@@ -112,13 +114,16 @@ class Looking {
     const size_t edges[] = {coded(-1, -1), coded(1, -1), coded(-1, 1), coded(1, 1)};
     const size_t quads = coded(-1, -2) + coded(1, -2) + coded(-1, 2) + coded(1, 2);
     out.coded = west + 2 * north + 4 * edges[0] + 8 * edges[1] + 16 * edges[2] + 32 * edges[3] +
-                64 * (quads == 0 ? 0 : quads < 3 ? 1 : quads - 1);
+                64 * (quads == 0  ? 0
+                      : quads < 3 ? 1
+                                  : quads - 1);
     out.count = west + north + edges[0] + edges[1] + edges[2] + edges[3];
     const int32_t* quad = row_.planes.quadMisses.row(row_.y) + x;
     const int32_t* above = row_.planes.horizontalMisses.row(row_.y) + x;
     const int32_t* below = row_.planes.horizontalMisses.row(row_.y + 1) + x;
-    out.misses = 6 * missClass(magnitude(quad[-1]) + magnitude(quad[0])) +
-                 farMissClass(magnitude(above[-1]) + magnitude(above[0]) + magnitude(below[-1]) + magnitude(below[0]));
+    out.misses =
+        6 * missClass(magnitude(quad[-1]) + magnitude(quad[0])) +
+        farMissClass(magnitude(above[-1]) + magnitude(above[0]) + magnitude(below[-1]) + magnitude(below[0]));
     out.more = west + 2 * north;
   }
 
@@ -157,15 +162,19 @@ class Asking {
   }
 
  private:
-  static size_t signedBend(const Surroundings& a) { return a.bend + (a.bendsDown ? SparseModels::kBends : 0); }
+  static size_t signedBend(const Surroundings& a) {
+    return a.bend + (a.bendsDown ? SparseModels::kBends : 0);
+  }
 
   bool isZero(const Surroundings& a, bool yes) {
     const size_t k = a.kind;
-    const size_t residuals = 5 * std::min<size_t>(magnitude(a.west), 4) + std::min<size_t>(magnitude(a.north), 4);
+    const size_t residuals =
+        5 * std::min<size_t>(magnitude(a.west), 4) + std::min<size_t>(magnitude(a.north), 4);
     return codeMixed<Coder, 3>(
         coder_, tables_,
         {&models_.zeroBySize[k * SparseModels::kSizes + a.size],
-         &models_.zeroByBend[(k * 2 * SparseModels::kBends + signedBend(a)) * 5 + std::min<size_t>(a.count, 4)],
+         &models_
+              .zeroByBend[(k * 2 * SparseModels::kBends + signedBend(a)) * 5 + std::min<size_t>(a.count, 4)],
          &models_.zeroByResiduals[(k * 25 + residuals) * 4 + std::min<size_t>(a.size / 4, 3)]},
         models_.zeroMixers[k], kMost, yes);
   }
@@ -180,10 +189,11 @@ class Asking {
   uint32_t sizeOf(const Surroundings& a, uint32_t size) {
     const size_t near = missClass(magnitude(a.west) + magnitude(a.north));
     for (uint32_t i = 1; i < SparseModels::kSteps; ++i) {
-      const bool isLarger = codeMixed<Coder, 2>(coder_, tables_,
-                                                {&models_.largerBySize[a.size * SparseModels::kSteps + i],
-                                                 &models_.largerByResiduals[near * SparseModels::kSteps + i]},
-                                                models_.largerMixers[std::min<uint32_t>(i, 4) - 1], kMost, size > i);
+      const bool isLarger =
+          codeMixed<Coder, 2>(coder_, tables_,
+                              {&models_.largerBySize[a.size * SparseModels::kSteps + i],
+                               &models_.largerByResiduals[near * SparseModels::kSteps + i]},
+                              models_.largerMixers[std::min<uint32_t>(i, 4) - 1], kMost, size > i);
       if (!isLarger) return i;
     }
     return SparseModels::kSteps + codeLarge(coder_, size - static_cast<uint32_t>(SparseModels::kSteps));
@@ -214,8 +224,8 @@ bool codeSparseRow(Coder& coder, SparseModels& models, const SparseRow& row) {
   for (int x = 0; x < grid.cols; ++x) {
     SampleState& state = row.states[grid.indexOf(x, row.y)];
     int8_t& last = row.lastResiduals[x];
-    bool isCoded = state != SampleState::Void &&
-                   !(row.closed && grid.hasInterpolatedParent(x, row.y, row.states));
+    bool isCoded =
+        state != SampleState::Void && !(row.closed && grid.hasInterpolatedParent(x, row.y, row.states));
     int32_t residual = 0;
     if (isCoded) {
       const Surroundings around = looking.at(x, west, last);
@@ -224,7 +234,8 @@ bool codeSparseRow(Coder& coder, SparseModels& models, const SparseRow& row) {
         const auto at = static_cast<size_t>(x);
         const auto expected = static_cast<uint32_t>(row.predicted.values[at]);
         const int plainBits = std::max(0, (row.predicted.context[at] - kFirstShiftedSize) / 4);
-        const int32_t known = Coder::kReads ? 0 : static_cast<int32_t>(static_cast<uint32_t>(values[x]) - expected);
+        const int32_t known =
+            Coder::kReads ? 0 : static_cast<int32_t>(static_cast<uint32_t>(values[x]) - expected);
         residual = asking.residual(around, plainBits, known);
         if constexpr (Coder::kReads) {
           values[x] = static_cast<int32_t>(expected + static_cast<uint32_t>(residual));

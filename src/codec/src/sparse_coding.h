@@ -7,8 +7,8 @@
 #include "binary_coding.h"
 #include "sample_grid.h"
 
-/// Samples of tiles of which some are Interpolated: for each whether it has a height of its own, and if so its
-/// residual, in answers (docs/format/elevation-v3.md, "Sparse tiles").
+/// Samples of tiles of which some are Interpolated: for each whether it has a height of its own, and if so
+/// its residual, in answers (docs/format/elevation-v3.md, "Sparse tiles").
 namespace terrane {
 
 /// What the answers about a tile's samples have taught so far.
@@ -46,9 +46,9 @@ struct SparseRow {
   int y;
   bool closed;  ///< no sample is Coded whose parent in this tile is Interpolated
   const RowPrediction& predicted;
-  SampleState* states;     ///< of the tile
-  LevelPlanes& planes;     ///< values: step numbers, those of samples that are not Coded as well
-  int8_t* lastResiduals;   ///< those of the row before, bounded, 0 where not Coded; then this row's
+  SampleState* states;    ///< of the tile
+  LevelPlanes& planes;    ///< values: step numbers, those of samples that are not Coded as well
+  int8_t* lastResiduals;  ///< those of the row before, bounded, 0 where not Coded; then this row's
 };
 
 /// Codes which samples of a row are Coded, and their values. False where a value is beyond

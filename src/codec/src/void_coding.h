@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <vector>
@@ -17,6 +18,16 @@ class VoidRow {
  public:
   bool at(int x) const { return (words_[static_cast<size_t>(x) / 64] >> (x % 64) & 1) != 0; }
   void set(int x) { words_[static_cast<size_t>(x) / 64] |= uint64_t{1} << (x % 64); }
+  /// Up to 16 of them from x on, a multiple of 16, the first one lowest.
+  void setRun(int x, uint32_t bits) { words_[static_cast<size_t>(x) / 64] |= uint64_t{bits} << (x % 64); }
+  /// Calls visit(x) for each that is void.
+  template <class Visit>
+  void forEach(Visit&& visit) const {
+    for (size_t i = 0; i < words_.size(); ++i) {
+      for (uint64_t left = words_[i]; left != 0; left &= left - 1)
+        visit(static_cast<int>(64 * i) + std::countr_zero(left));
+    }
+  }
   /// Up to 32 of them from x on, the first one lowest.
   uint32_t from(int x, int count) const {
     const auto word = static_cast<size_t>(x) / 64;
@@ -38,7 +49,6 @@ struct VoidModels {
   std::array<AnswerModel, 20> isVoid;
   std::array<AnswerModel, 2> differs;
   AnswerModel rowDiffers;
-
 };
 
 /// The void samples of a lattice level, known row by row.
@@ -66,7 +76,8 @@ class VoidLevel {
   /// Codes row y of a kind: the writer finds out from `states`, the reader leaves what it learned in
   /// the result alone.
   template <class Coder>
-  const VoidRow& codeRow(Coder& coder, VoidModels& models, const Grid& grid, int y, const SampleState* states) {
+  const VoidRow& codeRow(Coder& coder, VoidModels& models, const Grid& grid, int y,
+                         const SampleState* states) {
     std::vector<VoidRow>& rows = rowsOf(grid.kind);
     VoidRow& row = rows[static_cast<size_t>(y)];
     if constexpr (!Coder::kReads) {
@@ -90,7 +101,7 @@ class VoidLevel {
         const bool differs = coder.code(model.chance, !Coder::kReads && row.from(x, count) != expected);
         model.learn(differs, kMost);
         if (!differs) {
-          for (int i = 0; Coder::kReads && around.anyVoid && i < count; ++i) row.set(x + i);
+          if (Coder::kReads && around.anyVoid) row.setRun(x, all);
           continue;
         }
       }
@@ -112,7 +123,9 @@ class VoidLevel {
     for (VoidRow& row : rows) row.clear();
   }
   std::vector<VoidRow>& rowsOf(SampleKind kind) {
-    return kind == SampleKind::QuadCenter ? quads_ : kind == SampleKind::HorizontalEdge ? horizontal_ : vertical_;
+    return kind == SampleKind::QuadCenter       ? quads_
+           : kind == SampleKind::HorizontalEdge ? horizontal_
+                                                : vertical_;
   }
 
   /// Is there anything void among a row's ends and apexes?
@@ -122,7 +135,8 @@ class VoidLevel {
       case SampleKind::QuadCenter:
         return corners_[at].any() || corners_[at + 1].any();
       case SampleKind::HorizontalEdge:
-        return corners_[at].any() || (y > 0 && quads_[at - 1].any()) || (y < grid.rows - 1 && quads_[at].any());
+        return corners_[at].any() || (y > 0 && quads_[at - 1].any()) ||
+               (y < grid.rows - 1 && quads_[at].any());
       case SampleKind::VerticalEdge:
         break;
     }
@@ -166,7 +180,8 @@ class VoidLevel {
     int voids = 0;
     switch (grid.kind) {
       case SampleKind::QuadCenter:
-        voids = corners_[at].at(x) + corners_[at].at(x + 1) + corners_[at + 1].at(x) + corners_[at + 1].at(x + 1);
+        voids =
+            corners_[at].at(x) + corners_[at].at(x + 1) + corners_[at + 1].at(x) + corners_[at + 1].at(x + 1);
         break;
       case SampleKind::HorizontalEdge: {
         const int west = corners_[at].at(x);
