@@ -21,18 +21,23 @@ namespace terrane {
 /// Chances of a yes are in 1/65536.
 inline constexpr int kChanceBits = 16;
 
+/// No answer is impossible.
+constexpr uint32_t boundedChance(uint32_t chance) {
+  return std::clamp<uint32_t>(chance, 24, 65536 - 24);
+}
+
 /// How likely a yes is, from what was answered before.
 struct AnswerModel {
   uint16_t chance = 1 << (kChanceBits - 1);
   uint8_t seen = 0;  ///< as many answers have a say
 
-  /// The newest answer counts as one of `seen` + 1.5, of kMostSeen + 1.5 at last.
+  /// The newest answer counts as one of `seen` + 1.75, of kMostSeen + 1.75 at last.
   static constexpr int kMostSeen = 250;
   void learn(bool yes, int most) {
     static constexpr std::array<uint16_t, kMostSeen + 1> kShare = [] {
       std::array<uint16_t, kMostSeen + 1> made{};
       for (size_t i = 0; i < made.size(); ++i)
-        made[i] = static_cast<uint16_t>(32768.0 / (static_cast<double>(i) + 1.5));
+        made[i] = static_cast<uint16_t>(32768.0 / (static_cast<double>(i) + 1.75));
       return made;
     }();
     const int goal = yes ? 65535 : 0;
@@ -71,7 +76,7 @@ inline bool codeMixed(Coder& coder, const EvidenceTables& tables,
   yes = coder.code(chance, yes);
   const int miss = (yes ? 65535 : 0) - chance;
   for (size_t i = 0; i < Count; ++i) {
-    mixer.weights[i] = std::clamp(mixer.weights[i] + evidence[i] * miss / 65536, -(1 << 18), 1 << 18);
+    mixer.weights[i] = std::clamp(mixer.weights[i] + evidence[i] * miss / 32768, -(1 << 18), 1 << 18);
     models[i]->learn(yes, most);
   }
   return yes;
@@ -94,11 +99,12 @@ inline uint32_t codeLarge(Coder& coder, uint32_t value) {
   return (codePlain(coder, value + 1, w - 1) | 1U << (w - 1)) - 1;
 }
 
+/// Writes answers; the bytes stand once finish() was called.
 class BinaryWriter {
  public:
   static constexpr bool kReads = false;
   bool code(uint32_t chance, bool yes) {
-    const uint32_t share = (range_ >> kChanceBits) * bounded(chance);
+    const uint32_t share = (range_ >> kChanceBits) * boundedChance(chance);
     if (yes) {
       range_ = share;
     } else {
@@ -111,7 +117,6 @@ class BinaryWriter {
     }
     return yes;
   }
-  static constexpr uint32_t bounded(uint32_t chance) { return std::clamp<uint32_t>(chance, 24, 65536 - 24); }
   /// Appends a varint of the number of bytes, and the bytes. Empties the writer.
   void finish(std::vector<uint8_t>& out);
 
@@ -134,7 +139,7 @@ class BinaryReader {
   static Result<BinaryReader> open(std::span<const uint8_t> bytes, size_t& used);
 
   bool code(uint32_t chance, bool = false) {
-    const uint32_t share = (range_ >> kChanceBits) * BinaryWriter::bounded(chance);
+    const uint32_t share = (range_ >> kChanceBits) * boundedChance(chance);
     const bool yes = code_ < share;
     if (yes) {
       range_ = share;

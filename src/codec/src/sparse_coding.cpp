@@ -7,7 +7,7 @@ namespace terrane {
 namespace {
 
 /// Models follow so many answers at most.
-constexpr int kMost = 120;
+constexpr int kMost = 200;
 /// From this size context on, the lowest bits of a residual are plain: one more each octave.
 constexpr int kFirstShiftedSize = 24;
 
@@ -207,8 +207,8 @@ class Asking {
 }  // namespace
 
 SparseModels::SparseModels() {
-  for (auto& mixer : ownMixers) mixer.weights.fill(26000);
-  for (auto& mixer : zeroMixers) mixer.weights.fill(26000);
+  for (auto& mixer : ownMixers) mixer.weights.fill(23000);
+  for (auto& mixer : zeroMixers) mixer.weights.fill(23000);
   for (auto& mixer : signMixers) mixer.weights.fill(36000);
   for (auto& mixer : largerMixers) mixer.weights.fill(36000);
 }
