@@ -135,10 +135,12 @@ class NodePlan {
       step.children[count++] = indexOf(k, child.level, static_cast<int>(child.x), static_cast<int>(child.y));
   }
   void addSmaller(int k, NodeStep& step) const {
-    const auto [level, x, y] = step.place;
-    const int half = nodeHalfSize(level) / 2;
-    const auto at = [&](int dx, int dy) { return indexOf(k - 1, level + 2, x + dx, y + dy); };
-    if (level % 2 == 0) {
+    const NodePlace& place = step.place;
+    const int half = nodeHalfSize(place.nodeLevel) / 2;
+    const auto at = [&](int dx, int dy) {
+      return indexOf(k - 1, place.nodeLevel + 2, place.x + dx, place.y + dy);
+    };
+    if (place.nodeLevel % 2 == 0) {
       step.smaller = {at(-half, -half), at(half, -half), at(-half, half), at(half, half)};
     } else {
       step.smaller = {at(-half, 0), at(half, 0), at(0, -half), at(0, half)};

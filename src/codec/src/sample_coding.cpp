@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <optional>
 #include <utility>
 
@@ -13,14 +10,11 @@
 #include "sample_grid.h"
 #include "sample_lattice.h"
 #include "sample_prediction.h"
+#include "spread_chooser.h"
 #include "terrane/base/check.h"
 
 namespace terrane {
 namespace {
-
-uint8_t spreadOf(uint8_t context, const SpreadShifts& shifts) {
-  return static_cast<uint8_t>(std::clamp(context + shifts[context >> 2], 0, kSpreads - 1));
-}
 
 void resizePlanes(LevelPlanes& planes, int n) {
   planes.corners.resize(n + 1, n + 1);
@@ -48,8 +42,8 @@ void finishPlane(LevelPlanes& planes, SampleKind kind) {
 struct Scratch {
   LevelPlanes planes;
   RowPrediction predicted;
-  std::array<std::vector<int32_t>, kSampleKinds> residuals;
-  std::array<std::vector<uint8_t>, kSampleKinds> contexts;
+  std::vector<int32_t> residuals;
+  std::vector<uint8_t> contexts;
   std::vector<uint8_t> counts;
   VoidLevel voids;
   std::array<int8_t, RowPrediction::kRoom> lastResiduals;
@@ -60,85 +54,6 @@ Scratch& scratchOfThread() {
 }
 
 // -------------------------------------------------------------------------------------------- encoding
-
-/// How often each small number stands in each context, to choose spreads by.
-class SpreadChooser {
- public:
-  void add(const std::vector<uint8_t>& contexts, const std::vector<int32_t>& residuals) {
-    for (size_t i = 0; i < residuals.size(); ++i) {
-      const auto size = static_cast<uint32_t>(std::abs(residuals[i]));
-      ++counts_[contexts[i]][std::min(size, kBins - 1)];
-      sizes_[contexts[i]] += size;
-    }
-  }
-
-  SpreadShifts choose() const {
-    SpreadShifts shifts{};
-    int last = 0;
-    for (int octave = 0; octave < kOctaves; ++octave) {
-      uint64_t count = 0;
-      uint64_t size = 0;
-      for (size_t context = 4 * static_cast<size_t>(octave); context < 4 * static_cast<size_t>(octave) + 4;
-           ++context) {
-        for (const uint32_t n : counts_[context]) count += n;
-        size += sizes_[context];
-      }
-      if (count > 0) last = bestShift(octave, static_cast<double>(size) / static_cast<double>(count), last);
-      shifts[static_cast<size_t>(octave)] = static_cast<int8_t>(last);
-    }
-    return shifts;
-  }
-
- private:
-  static constexpr uint32_t kBins = 64;
-
-  int bestShift(int octave, double meanSize, int last) const {
-    // Where numbers are large, their mean size says it all.
-    const double middle = 4.0 * (std::log2(std::max(meanSize, 0.02)) + 4.0);
-    const int guess = std::clamp(static_cast<int>(std::lround(middle - 4 * octave - 1.5)), -60, 60);
-    if (meanSize > 8.0) return guess;
-    const auto costOf = [&](int shift) {
-      double bits = 1.0 + 2.0 * std::bit_width(static_cast<uint32_t>(2 * std::abs(shift - last)));
-      for (int context = 4 * octave; context < 4 * octave + 4; ++context) {
-        const int spread = std::clamp(context + shift, 0, kSpreads - 1);
-        const auto& costs = costTable()[static_cast<size_t>(spread)];
-        const auto& counts = counts_[static_cast<size_t>(context)];
-        for (size_t i = 0; i < kBins; ++i) bits += static_cast<double>(costs[i]) * counts[i];
-      }
-      return bits;
-    };
-    int best = last;
-    double least = costOf(last);
-    for (int shift = guess - 3; shift <= guess + 3; ++shift) {
-      const double bits = costOf(shift);
-      if (bits < least) {
-        least = bits;
-        best = shift;
-      }
-    }
-    return best;
-  }
-
-  using CostTable = std::array<std::array<float, kBins>, kSpreads>;
-  static const CostTable& costTable() {
-    static const CostTable table = [] {
-      CostTable made;
-      for (size_t spread = 0; spread < kSpreads; ++spread) {
-        for (size_t size = 0; size < kBins; ++size) {
-          const auto value = static_cast<int32_t>(size);
-          const float bits = spreadTables().cost(static_cast<int>(spread), value) +
-                             spreadTables().cost(static_cast<int>(spread), -value);
-          made[spread][size] = 0.5F * bits;
-        }
-      }
-      return made;
-    }();
-    return table;
-  }
-
-  std::array<std::array<uint32_t, kBins>, kSizeContexts> counts_{};
-  std::array<uint64_t, kSizeContexts> sizes_{};
-};
 
 void writeWeights(SampleKind kind, const PairWeights& weights, SegmentWriter& out) {
   const PairWeights& usual = usualWeights(kind);
@@ -256,8 +171,8 @@ class LevelEncoder {
   /// First what will be said, then how best to say it.
   void encodeDense(const Grid& grid, const PairWeights& weights) {
     if (ownStates_.hasNumbers()) writeWeights(grid.kind, weights, numbers_);
-    std::vector<int32_t>& residuals = scratch_.residuals[0];
-    std::vector<uint8_t>& contexts = scratch_.contexts[0];
+    std::vector<int32_t>& residuals = scratch_.residuals;
+    std::vector<uint8_t>& contexts = scratch_.contexts;
     residuals.clear();
     contexts.clear();
     for (int y = 0; y < grid.rows; ++y) {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "rans.h"
 #include "vector_clones.h"
 
 #if defined(__x86_64__)
@@ -365,13 +364,9 @@ TERRANE_CLONES void stepsOf(const float* heights, int stride, int count, const E
   }
 }
 
+#if defined(__x86_64__)
 namespace {
 
-uint8_t spreadOf(uint8_t context, const SpreadShifts& shifts) {
-  return static_cast<uint8_t>(std::clamp(context + shifts[context >> 2], 0, kSpreads - 1));
-}
-
-#if defined(__x86_64__)
 __attribute__((target("avx2"))) void spreadsOfAvx2(const uint8_t* contexts, int count,
                                                    const SpreadShifts& shifts, uint8_t* spreads) {
   const __m256i table =
@@ -385,9 +380,9 @@ __attribute__((target("avx2"))) void spreadsOfAvx2(const uint8_t* contexts, int 
                         _mm256_max_epi8(_mm256_min_epi8(spread, most), _mm256_setzero_si256()));
   }
 }
-#endif
 
 }  // namespace
+#endif
 
 void spreadsOf(const uint8_t* contexts, int count, const SpreadShifts& shifts, uint8_t* spreads) {
 #if defined(__x86_64__)

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
 
+#include "rans.h"
 #include "sample_planes.h"
 #include "terrane/codec/tile.h"
 
@@ -72,6 +74,9 @@ bool addResiduals(const int32_t* predicted, const int32_t* residuals, int count,
 /// within +- 64.
 inline constexpr int kOctaves = kSizeContexts / 4;
 using SpreadShifts = std::array<int8_t, kOctaves>;
+constexpr uint8_t spreadOf(uint8_t context, const SpreadShifts& shifts) {
+  return static_cast<uint8_t>(std::clamp(context + shifts[context >> 2], 0, kSpreads - 1));
+}
 /// The spreads of samples in a row by their contexts. Whole vectors are written.
 void spreadsOf(const uint8_t* contexts, int count, const SpreadShifts& shifts, uint8_t* spreads);
 
