@@ -14,18 +14,36 @@ constexpr int kBlockCells = 8;
 constexpr int kBlocks = kTileCells / kBlockCells;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-TERRANE_CLONES void addAll(const float* __restrict heights, float* __restrict low, float* __restrict high) {
-  for (size_t x = 0; x < kTileSamples; ++x) {
+TERRANE_CLONES void addAll(const float* __restrict heights, size_t count, float* __restrict low,
+                           float* __restrict high) {
+  for (size_t x = 0; x < count; ++x) {
     low[x] = std::min(low[x], heights[x]);
     high[x] = std::max(high[x], heights[x]);
   }
 }
-TERRANE_CLONES void addGround(const float* __restrict heights, const SampleState* __restrict states,
-                              float* __restrict low, float* __restrict high) {
-  for (size_t x = 0; x < kTileSamples; ++x) {
-    const bool isVoid = states[x] == SampleState::Void;
-    low[x] = std::min(low[x], isVoid ? kInfinity : heights[x]);
-    high[x] = std::max(high[x], isVoid ? -kInfinity : heights[x]);
+
+/// How many samples from a void one on are void.
+size_t voidRun(const SampleState* states, size_t count) {
+  static_assert(static_cast<int>(SampleState::Void) == 0);
+  size_t x = 0;
+  for (uint64_t eight = 0; x + 8 <= count; x += 8) {
+    std::memcpy(&eight, states + x, sizeof(eight));
+    if (eight != 0) break;
+  }
+  while (x < count && states[x] == SampleState::Void) ++x;
+  return x;
+}
+
+/// A row's ground, run by run.
+void addGround(const float* heights, const SampleState* states, float* low, float* high) {
+  for (size_t x = 0; x < kTileSamples;) {
+    const size_t left = kTileSamples - x;
+    const void* next = std::memchr(states + x, static_cast<int>(SampleState::Void), left);
+    const size_t ground =
+        next == nullptr ? left : static_cast<size_t>(static_cast<const SampleState*>(next) - states) - x;
+    addAll(heights + x, ground, low + x, high + x);
+    x += ground;
+    x += voidRun(states + x, kTileSamples - x);
   }
 }
 
@@ -49,10 +67,10 @@ RangePredictor::RangePredictor(const Tile& tile, const TileNodes& nodes, const E
     for (int y = blockRow * kBlockCells; y <= (blockRow + 1) * kBlockCells; ++y) {
       const float* heights = tile.samples.heights.data() + y * kTileSamples;
       const SampleState* row = states.data() + y * kTileSamples;
-      if (anyVoid && std::memchr(row, static_cast<int>(SampleState::Void), kTileSamples) != nullptr) {
+      if (anyVoid) {
         addGround(heights, row, rowLow.data(), rowHigh.data());
       } else {
-        addAll(heights, rowLow.data(), rowHigh.data());
+        addAll(heights, kTileSamples, rowLow.data(), rowHigh.data());
       }
     }
     for (int blockCol = 0; blockCol < kBlocks; ++blockCol) {
