@@ -1,10 +1,9 @@
 #include "coverage_coding.h"
 
-#include <algorithm>
+#include <array>
 #include <cstring>
 
-#include "questions.h"
-#include "rans.h"
+#include "binary_coding.h"
 
 namespace terrane {
 namespace {
@@ -13,13 +12,8 @@ namespace {
 /// are of eight cells together that should all be void, or all ground, and differ.
 constexpr int kContexts = 42;
 constexpr int kEightContext = 40;
-
-int usualOdds(int context) {
-  if (context >= kEightContext) return 4;
-  const int corners = context / 8;
-  const int cells = (context & 1) + (context >> 1 & 1) + (context >> 2 & 1);
-  return std::clamp(24 + 8 * (corners - 2) + 5 * (2 * cells - 3), 1, kOddsSteps - 1);
-}
+/// Models follow so many answers at most.
+constexpr int kMost = 60;
 
 int contextOf(const std::vector<SampleState>& states, const std::vector<uint8_t>& bits, int col, int row) {
   const SampleState* north = states.data() + row * kTileSamples + col;
@@ -86,57 +80,52 @@ std::vector<uint8_t> coverageFromCorners(const std::vector<SampleState>& states)
   return bits;
 }
 
-void encodeCoverage(const TileSamples& samples, std::vector<uint8_t>& out) {
-  const std::vector<uint8_t>& bits = samples.coverage.bits;
-  Questions<kContexts> isCovered;
-  std::vector<std::pair<uint8_t, bool>> answers;
-  answers.reserve(kTileCellCount);
+namespace {
+
+/// Both ways: the writer finds the cells in `bits`, the reader leaves them there.
+template <class Coder>
+void codeCoverage(Coder& coder, const std::vector<SampleState>& states, std::vector<uint8_t>& bits) {
+  std::array<AnswerModel, kContexts> models;
   const auto ask = [&](int context, bool yes) {
-    ++isCovered.counts[static_cast<size_t>(context)][yes ? 1 : 0];
-    answers.emplace_back(static_cast<uint8_t>(context), yes);
+    AnswerModel& model = models[static_cast<size_t>(context)];
+    yes = coder.code(model.chance, yes);
+    model.learn(yes, kMost);
+    return yes;
   };
   for (int row = 0; row < kTileCells; ++row) {
     for (int first = 0; first < kTileCells; first += 8) {
-      const int expected = expectedOfEight(samples.states, bits, first, row);
-      if (expected >= 0) {
-        const bool differs = bits[static_cast<size_t>((row * kTileCells + first) / 8)] != expected;
-        ask(kEightContext + (expected & 1), differs);
-        if (!differs) continue;
+      uint8_t& eight = bits[static_cast<size_t>((row * kTileCells + first) / 8)];
+      const int expected = expectedOfEight(states, bits, first, row);
+      if (expected >= 0 && !ask(kEightContext + (expected & 1), eight != expected)) {
+        eight = static_cast<uint8_t>(expected);
+        continue;
       }
-      for (int col = first; col < first + 8; ++col)
-        ask(contextOf(samples.states, bits, col, row), samples.coverage.covered(col, row));
+      const unsigned known = eight;
+      if (Coder::kReads) eight = 0;
+      for (int i = 0; i < 8; ++i) {
+        const bool yes = ask(contextOf(states, bits, first + i, row), (known >> i & 1) != 0);
+        if (Coder::kReads) eight |= static_cast<uint8_t>((yes ? 1U : 0U) << i);
+      }
     }
   }
-  SegmentWriter writer;
-  isCovered.write(writer, usualOdds);
-  for (const auto& [context, yes] : answers) writer.answer(isCovered.odds[context], yes);
+}
+
+}  // namespace
+
+void encodeCoverage(const TileSamples& samples, std::vector<uint8_t>& out) {
+  std::vector<uint8_t> bits = samples.coverage.bits;
+  BinaryWriter writer;
+  codeCoverage(writer, samples.states, bits);
   writer.finish(out);
 }
 
 Result<size_t> decodeCoverage(std::span<const uint8_t> bytes, TileSamples& samples) {
   size_t used = 0;
-  TERRANE_ASSIGN(SegmentReader in, SegmentReader::open(bytes, used));
+  TERRANE_ASSIGN(BinaryReader in, BinaryReader::open(bytes, used));
   samples.coverage.kind = Coverage::Kind::Partial;
-  std::vector<uint8_t>& bits = samples.coverage.bits;
-  bits.assign(Coverage::kBytes, 0);
-  Questions<kContexts> isCovered;
-  const bool ok = isCovered.read(in, usualOdds);
-  const auto answer = [&](int context) { return in.answer(isCovered.odds[static_cast<size_t>(context)]); };
-  for (int row = 0; row < kTileCells; ++row) {
-    for (int first = 0; first < kTileCells; first += 8) {
-      uint8_t& eight = bits[static_cast<size_t>((row * kTileCells + first) / 8)];
-      const int expected = expectedOfEight(samples.states, bits, first, row);
-      if (expected >= 0 && !answer(kEightContext + (expected & 1))) {
-        eight = static_cast<uint8_t>(expected);
-        continue;
-      }
-      for (int col = first; col < first + 8; ++col) {
-        const unsigned yes = answer(contextOf(samples.states, bits, col, row)) ? 1 : 0;
-        eight |= static_cast<uint8_t>(yes << (col & 7));
-      }
-    }
-  }
-  if (!ok || !in.finish()) return makeError("byte 0: the coverage is damaged");
+  samples.coverage.bits.assign(Coverage::kBytes, 0);
+  codeCoverage(in, samples.states, samples.coverage.bits);
+  if (!in.finish()) return makeError("byte 0: the coverage is damaged");
   return used;
 }
 

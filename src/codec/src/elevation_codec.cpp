@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <memory>
 
 #include "byte_streams.h"
 #include "coverage_coding.h"
@@ -13,11 +14,11 @@
 #include "sample_lattice.h"
 #include "terrane/base/check.h"
 
-// docs/format/elevation-v2.md specifies every byte that is written and read here.
+// docs/format/elevation-v3.md specifies every byte that is written and read here.
 namespace terrane {
 namespace {
 
-constexpr uint8_t kVersion = 2;
+constexpr uint8_t kVersion = 3;
 constexpr uint8_t kFlagRoot = 1;
 
 enum class CoverageMode : uint8_t { None = 0, Full = 1, FromCorners = 2, Bitmap = 3 };
@@ -163,14 +164,28 @@ void writeCorners(const TileSamples& samples, const ElevationScale& scale, ByteW
   }
 }
 
-/// Do exactly so many segments follow?
-Status checkSegments(std::span<const uint8_t> payload, size_t start, int segments) {
-  for (int i = 0; i < segments; ++i) {
+/// Do exactly these segments follow: of samples, so many levels; of coverage; of nodes?
+Status checkSegments(std::span<const uint8_t> payload, size_t start, const OwnStates& states, int levels,
+                     bool hasCoverage) {
+  const auto skip = [&](bool isAnswers) -> Status {
     size_t used = 0;
-    const auto segment = SegmentReader::open(payload.subspan(start), used);
-    if (!segment.ok()) return makeError("segment {} at byte {}: {}", i, start, segment.error().message);
+    const auto rest = payload.subspan(start);
+    if (isAnswers) {
+      const auto segment = BinaryReader::open(rest, used);
+      if (!segment.ok()) return makeError("segment at byte {}: {}", start, segment.error().message);
+    } else {
+      const auto segment = SegmentReader::open(rest, used);
+      if (!segment.ok()) return makeError("segment at byte {}: {}", start, segment.error().message);
+    }
     start += used;
+    return {};
+  };
+  for (int i = 0; i < 2 * levels; ++i) {
+    if (states.hasAnswers()) TERRANE_TRY(skip(true));
+    if (states.hasNumbers()) TERRANE_TRY(skip(false));
   }
+  if (hasCoverage) TERRANE_TRY(skip(true));
+  TERRANE_TRY(skip(true));
   if (start != payload.size()) return makeError("byte {}: {} bytes too many", start, payload.size() - start);
   return {};
 }
@@ -186,6 +201,8 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
   const OwnStates states = ownStatesOf(tile.samples.states, isRoot);
   const CoverageMode coverageMode = coverageModeOf(tile.samples);
 
+  std::unique_ptr<SampleModels> models;
+  if (states.hasAnswers()) models = std::make_unique<SampleModels>();
   ByteWriter head;
   head.byte(kVersion);
   head.byte(static_cast<uint8_t>((isRoot ? kFlagRoot : 0) | static_cast<unsigned>(coverageMode) << 1));
@@ -193,7 +210,8 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
   writeChildren(tile.children, head);
   if (isRoot) writeCorners(tile.samples, scale, head);
   std::vector<uint8_t> out = head.take();
-  for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) encodeLevel(tile.samples, s, states, scale, out);
+  for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2)
+    encodeLevel(tile.samples, s, states, scale, models.get(), out);
   if (coverageMode == CoverageMode::Bitmap) encodeCoverage(tile.samples, out);
   encodeNodes(tile, scale, isRoot, out);
   return out;
@@ -209,10 +227,11 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
   if (version > kVersion) {
     return makeError("byte 0: payload version {}, this program reads {}: update Terrane", version, kVersion);
   }
-  if (version == 1) {
-    return makeError("byte 0: payload version 1, this program reads {}: build the dataset again", kVersion);
+  if (version == 0) return makeError("byte 0: payload version 0 does not exist");
+  if (version != kVersion) {
+    return makeError("byte 0: payload version {}, this program reads {}: build the dataset again", version,
+                     kVersion);
   }
-  if (version != kVersion) return makeError("byte 0: payload version {} does not exist", version);
   TERRANE_ASSIGN(const uint8_t flags, in.byte());
   if (flags >= 8) return makeError("byte 1: unknown flags {:#x}", flags);
   if (((flags & kFlagRoot) != 0) != isRoot) {
@@ -236,13 +255,15 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
   }
 
   // All segments are whole before any of them is decoded: what was cut off on its way is refused at once.
-  int segments = 1 + (coverageMode == CoverageMode::Bitmap ? 1 : 0);
-  for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) segments += 2;
-  TERRANE_TRY(checkSegments(payload, in.offset(), segments));
+  int levels = 0;
+  for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) ++levels;
+  TERRANE_TRY(checkSegments(payload, in.offset(), states, levels, coverageMode == CoverageMode::Bitmap));
 
   // Its own samples, coarse to fine.
+  std::unique_ptr<SampleModels> models;
+  if (states.hasAnswers()) models = std::make_unique<SampleModels>();
   for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) {
-    const auto used = decodeLevel(payload.subspan(in.offset()), s, states, scale, tile.samples);
+    const auto used = decodeLevel(payload.subspan(in.offset()), s, states, scale, models.get(), tile.samples);
     if (!used.ok()) return makeError("at byte {}: {}", in.offset(), used.error().message);
     TERRANE_TRY(in.skip(*used));
   }

@@ -1,9 +1,12 @@
 #include <algorithm>
+#include <array>
+#include <cstring>
 
 #include "parent_samples.h"
 #include "sample_lattice.h"
 #include "terrane/base/check.h"
 #include "terrane/codec/elevation_codec.h"
+#include "vector_clones.h"
 
 namespace terrane {
 namespace {
@@ -41,6 +44,17 @@ Coverage doubleCoverage(const Coverage& parent, int quadrant) {
   return child;
 }
 
+/// 129 heights to every second place; what is between becomes the same, for now.
+TERRANE_CLONES void spreadHeights(const float* __restrict from, float* __restrict to) {
+  for (size_t x = 0; x < kTileCells / 2; ++x) {
+    uint32_t bits;
+    std::memcpy(&bits, from + x, sizeof(bits));
+    const uint64_t twice = uint64_t{bits} << 32 | bits;
+    std::memcpy(to + 2 * x, &twice, sizeof(twice));
+  }
+  to[kTileCells] = from[kTileCells / 2];
+}
+
 }  // namespace
 
 void copyParentSamples(const TileSamples& parent, int quadrant, TileSamples& child) {
@@ -52,13 +66,18 @@ void copyParentSamples(const TileSamples& parent, int quadrant, TileSamples& chi
 
   const int firstX = (quadrant & 1) * (kTileCells / 2);
   const int firstY = (quadrant >> 1) * (kTileCells / 2);
+  constexpr size_t kHalf = kTileCells / 2;
+  constexpr std::array<SampleState, kHalf + 1> kAllCoded = [] {
+    std::array<SampleState, kHalf + 1> all{};
+    all.fill(SampleState::Coded);
+    return all;
+  }();
   for (int y = 0; y <= kTileCells / 2; ++y) {
-    const size_t from = static_cast<size_t>((firstY + y) * kTileSamples + firstX);
-    const size_t to = static_cast<size_t>(2 * y * kTileSamples);
-    for (size_t x = 0; x <= kTileCells / 2; ++x) {
-      child.heights[to + 2 * x] = parent.heights[from + x];
-      child.states[to + 2 * x] = parent.states[from + x];
-    }
+    const auto from = static_cast<size_t>((firstY + y) * kTileSamples + firstX);
+    const auto to = static_cast<size_t>(2 * y * kTileSamples);
+    spreadHeights(parent.heights.data() + from, child.heights.data() + to);
+    if (std::memcmp(parent.states.data() + from, kAllCoded.data(), kAllCoded.size()) == 0) continue;
+    for (size_t x = 0; x <= kHalf; ++x) child.states[to + 2 * x] = parent.states[from + x];
   }
 }
 

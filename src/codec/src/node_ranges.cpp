@@ -5,7 +5,6 @@
 #include <cstring>
 #include <limits>
 
-#include "terrane/tiling/lattice.h"
 #include "vector_clones.h"
 
 namespace terrane {
@@ -15,29 +14,45 @@ constexpr int kBlockCells = 8;
 constexpr int kBlocks = kTileCells / kBlockCells;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-TERRANE_CLONES void addAll(const float* __restrict heights, float* __restrict low, float* __restrict high) {
-  for (size_t x = 0; x < kTileSamples; ++x) {
+TERRANE_CLONES void addAll(const float* __restrict heights, size_t count, float* __restrict low,
+                           float* __restrict high) {
+  for (size_t x = 0; x < count; ++x) {
     low[x] = std::min(low[x], heights[x]);
     high[x] = std::max(high[x], heights[x]);
   }
 }
-TERRANE_CLONES void addGround(const float* __restrict heights, const SampleState* __restrict states,
-                              float* __restrict low, float* __restrict high) {
-  for (size_t x = 0; x < kTileSamples; ++x) {
-    const bool isVoid = states[x] == SampleState::Void;
-    low[x] = std::min(low[x], isVoid ? kInfinity : heights[x]);
-    high[x] = std::max(high[x], isVoid ? -kInfinity : heights[x]);
+
+/// How many samples from a void one on are void.
+size_t voidRun(const SampleState* states, size_t count) {
+  static_assert(static_cast<int>(SampleState::Void) == 0);
+  size_t x = 0;
+  for (uint64_t eight = 0; x + 8 <= count; x += 8) {
+    std::memcpy(&eight, states + x, sizeof(eight));
+    if (eight != 0) break;
+  }
+  while (x < count && states[x] == SampleState::Void) ++x;
+  return x;
+}
+
+/// A row's ground, run by run.
+void addGround(const float* heights, const SampleState* states, float* low, float* high) {
+  for (size_t x = 0; x < kTileSamples;) {
+    const size_t left = kTileSamples - x;
+    const void* next = std::memchr(states + x, static_cast<int>(SampleState::Void), left);
+    const size_t ground =
+        next == nullptr ? left : static_cast<size_t>(static_cast<const SampleState*>(next) - states) - x;
+    addAll(heights + x, ground, low + x, high + x);
+    x += ground;
+    x += voidRun(states + x, kTileSamples - x);
   }
 }
 
 }  // namespace
 
-RangePredictor::RangePredictor(const Tile& tile, const TileNodes& nodes, const ElevationScale& scale,
-                               bool isRoot)
+RangePredictor::RangePredictor(const Tile& tile, const TileNodes& nodes, const ElevationScale& scale)
     : tile_(tile),
       nodes_(nodes),
       scale_(scale),
-      isRoot_(isRoot),
       blockLow_(kBlocks * kBlocks, kInfinity),
       blockHigh_(kBlocks * kBlocks, -kInfinity) {
   // note: a block's border samples belong to the blocks on both sides.
@@ -52,10 +67,10 @@ RangePredictor::RangePredictor(const Tile& tile, const TileNodes& nodes, const E
     for (int y = blockRow * kBlockCells; y <= (blockRow + 1) * kBlockCells; ++y) {
       const float* heights = tile.samples.heights.data() + y * kTileSamples;
       const SampleState* row = states.data() + y * kTileSamples;
-      if (anyVoid && std::memchr(row, static_cast<int>(SampleState::Void), kTileSamples) != nullptr) {
+      if (anyVoid) {
         addGround(heights, row, rowLow.data(), rowHigh.data());
       } else {
-        addAll(heights, rowLow.data(), rowHigh.data());
+        addAll(heights, kTileSamples, rowLow.data(), rowHigh.data());
       }
     }
     for (int blockCol = 0; blockCol < kBlocks; ++blockCol) {
@@ -73,16 +88,15 @@ RangePredictor::RangePredictor(const Tile& tile, const TileNodes& nodes, const E
   }
 }
 
-RangePredictor::Range RangePredictor::expect(const NodePlace& place) const {
-  return place.nodeLevel == kNodeLevels - 1 ? ofSamples(place) : ofChildren(place);
+bool RangePredictor::isRefined(const NodePlace& quad) const {
+  const int quadrant = (quad.x < kTileCells / 2 ? 0 : 1) + (quad.y < kTileCells / 2 ? 0 : 2);
+  return tile_.children[static_cast<size_t>(quadrant)].state == ChildState::Present;
 }
 
 RangePredictor::Range RangePredictor::ofSamples(const NodePlace& quad) const {
   // Where a finer tile is stored, the quad's descendants fill the octagon of |x|, |y| <= 24, |x| + |y| <= 32.
-  const int quadrant = (quad.x < kTileCells / 2 ? 0 : 1) + (quad.y < kTileCells / 2 ? 0 : 2);
-  const bool isFinest = tile_.children[static_cast<size_t>(quadrant)].state != ChildState::Present;
-  const int reach = isFinest ? 1 : 3;
-  const int sum = isFinest ? 2 : 4;
+  const int reach = isRefined(quad) ? 3 : 1;
+  const int sum = isRefined(quad) ? 4 : 2;
 
   float low = kInfinity;
   float high = -kInfinity;
@@ -102,12 +116,12 @@ RangePredictor::Range RangePredictor::ofSamples(const NodePlace& quad) const {
           scale_.highCode(static_cast<double>(high) + scale_.sampleError)};
 }
 
-RangePredictor::Range RangePredictor::ofChildren(const NodePlace& place) const {
+RangePredictor::Range RangePredictor::ofChildren(const std::array<int16_t, 4>& children) const {
   Range range;
-  for (const Diamond& child : Lattice(0).children({place.x, place.y, place.nodeLevel})) {
-    const auto index = static_cast<size_t>(nodeIndex(child.level, child.x, child.y, isRoot_));
-    range.low = std::min(range.low, nodes_.low[index]);
-    range.high = std::max(range.high, nodes_.high[index]);
+  for (const int16_t child : children) {
+    if (child < 0) continue;
+    range.low = std::min(range.low, nodes_.low[static_cast<size_t>(child)]);
+    range.high = std::max(range.high, nodes_.high[static_cast<size_t>(child)]);
   }
   return range;
 }

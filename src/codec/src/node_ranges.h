@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "terrane/codec/tile.h"
@@ -7,7 +9,7 @@
 namespace terrane {
 
 /// What a tile's samples and child states let one expect of its nodes' height ranges, node by node from the
-/// finest level up: expect() of a node needs the ranges of its children in the tile. Encoder and decoder ask
+/// finest level up. Encoder and decoder ask
 /// the same questions in the same order; only the differences are stored.
 class RangePredictor {
  public:
@@ -17,20 +19,19 @@ class RangePredictor {
   };
 
   /// All but `nodes` must be complete; both are kept by reference.
-  RangePredictor(const Tile& tile, const TileNodes& nodes, const ElevationScale& scale, bool isRoot);
+  RangePredictor(const Tile& tile, const TileNodes& nodes, const ElevationScale& scale);
 
-  /// Quads of the finest node level: the ground under them, and what finer tiles may add around.
-  /// All others: what their children in the tile have.
-  Range expect(const NodePlace& place) const;
+  /// Is there a finer tile under a quad of the finest node level?
+  bool isRefined(const NodePlace& quad) const;
+  /// Of a quad of the finest node level: the ground under it, and what finer tiles may add around.
+  Range ofSamples(const NodePlace& quad) const;
+  /// Of any other node: what its children in the tile have; -1 where there is none.
+  Range ofChildren(const std::array<int16_t, 4>& children) const;
 
  private:
-  Range ofSamples(const NodePlace& quad) const;
-  Range ofChildren(const NodePlace& place) const;
-
   const Tile& tile_;
   const TileNodes& nodes_;
   const ElevationScale& scale_;
-  bool isRoot_;
   std::vector<float> blockLow_;  ///< lowest ground in each block of 8 x 8 cells; +inf: none
   std::vector<float> blockHigh_;
 };

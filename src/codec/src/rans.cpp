@@ -114,16 +114,6 @@ std::unique_ptr<const SpreadTables> makeTables() {
         static_cast<uint8_t>(SpreadTables::plainBits(static_cast<int>(spread)));
     tables->slotsOfSpread[spread] = static_cast<int32_t>(table.slots.data() - tables->tables[0].slots.data());
   }
-  double odds = 1.0;  // 2^(|i - 24| / 2)
-  for (int distance = 0; distance <= kOddsSteps / 2; ++distance) {
-    const auto more = static_cast<int>(std::floor(kProbabilityOne * odds / (1.0 + odds) + 0.5));
-    const int yes = std::min(more, static_cast<int>(kProbabilityOne) - 1);
-    if (distance < kOddsSteps / 2)
-      tables->yesFrequency[static_cast<size_t>(kOddsSteps / 2 + distance)] = static_cast<uint16_t>(yes);
-    tables->yesFrequency[static_cast<size_t>(kOddsSteps / 2 - distance)] =
-        static_cast<uint16_t>(static_cast<int>(kProbabilityOne) - yes);
-    odds *= 1.4142135623730951;
-  }
   return tables;
 }
 
@@ -144,23 +134,6 @@ float SpreadTables::cost(int spread, int32_t value) const {
   return bits;
 }
 
-int bestSpread(std::span<const int32_t> values) {
-  double sum = 0.0;
-  for (const int32_t value : values) sum += std::abs(value);
-  const double mean = std::max(sum / static_cast<double>(std::max<size_t>(values.size(), 1)), 0.02);
-  const auto guess = static_cast<int>(4.0 * (std::log2(mean) + 4.0));
-  int best = 0;
-  float least = 1e30F;
-  for (int spread = std::max(guess - 4, 0); spread <= std::min(guess + 4, kSpreads - 1); ++spread) {
-    float bits = 0.0F;
-    for (const int32_t value : values) bits += spreadTables().cost(spread, value);
-    if (bits >= least) continue;
-    least = bits;
-    best = spread;
-  }
-  return best;
-}
-
 // -------------------------------------------------------------------------------------------- writing
 
 void SegmentWriter::number(int spread, int32_t value) {
@@ -178,12 +151,6 @@ void SegmentWriter::number(int spread, int32_t value) {
     plain(more - (1U << (width - 1)), width - 1);
   }
   if (plainBits > 0) plain(static_cast<uint32_t>(value) & ((1U << plainBits) - 1), plainBits);
-}
-
-void SegmentWriter::answer(int odds, bool yes) {
-  const uint16_t frequency = spreadTables().yesFrequency[static_cast<size_t>(odds)];
-  const auto no = static_cast<uint16_t>(kProbabilityOne - frequency);
-  symbols_.push_back(yes ? Symbol{frequency, no} : Symbol{no, 0});
 }
 
 void SegmentWriter::plain(uint32_t value, int bits) {
@@ -431,18 +398,6 @@ int32_t SegmentReader::number(int spread) {
   return static_cast<int32_t>(static_cast<uint32_t>(value) << plainBits | plain(plainBits));
 }
 
-bool SegmentReader::answer(int odds) {
-  uint32_t& state = states_[lane_];
-  next();
-  const uint32_t yes = spreadTables().yesFrequency[static_cast<size_t>(odds)];
-  const uint32_t no = kProbabilityOne - yes;
-  const uint32_t at = state % kProbabilityOne;
-  const bool isYes = at >= no;
-  state = isYes ? yes * (state >> kProbabilityBits) + at - no : no * (state >> kProbabilityBits) + at;
-  refill(state);
-  return isYes;
-}
-
 void SegmentReader::refillPlain() {
   // As many bytes as fit, or as there are.
   if (plainEnd_ - plain_ >= 8) {
@@ -498,10 +453,7 @@ void SegmentReader::numbers(const uint8_t* spreads, int count, int32_t* values) 
     i = decodeGroups(groups);
     for (size_t lane = 0; lane < kManyLanes; ++lane) states_[(lane_ + lane) % kManyLanes] = states[lane];
     // note: plain bits are a stream of their own, so what needs some can wait until here.
-    for (uint64_t left = groups.special; left != 0; left &= left - 1) {
-      const int first = 8 * std::countr_zero(left);
-      finishNumbers(spreads + first, 8, values + first);
-    }
+    finishEights(groups.special, spreads, values);
   }
   for (; i < count; ++i) values[i] = number(spreads[i]);
 }
@@ -512,15 +464,41 @@ void SegmentReader::finishNumbers(const uint8_t* spreads, int count, int32_t* va
     const uint8_t spread = spreads[i];
     if (zigzag(values[i]) + 1 == tables.tokensOfSpread[spread]) values[i] = larger(tables.table(spread));
     const int plainBits = tables.plainBitsOfSpread[spread];
-    if (plainBits > bitCount_) refillPlain();
-    if (plainBits > bitCount_) {
-      values[i] = static_cast<int32_t>(static_cast<uint32_t>(values[i]) << plainBits | plain(plainBits));
-      continue;
+    values[i] = static_cast<int32_t>(static_cast<uint32_t>(values[i]) << plainBits | plain(plainBits));
+  }
+}
+
+void SegmentReader::finishEights(uint64_t eights, const uint8_t* spreads, int32_t* values) {
+  const SpreadTables& tables = spreadTables();
+  for (; eights != 0; eights &= eights - 1) {
+    const int first = 8 * std::countr_zero(eights);
+    // Where the rest of the bits is long enough, whatever there is to read: a few at a time.
+    uint64_t bits = bits_;
+    int bitCount = bitCount_;
+    const uint8_t* plain = plain_;
+    int i = first;
+    for (; i < first + 8 && plainEnd_ - plain >= 8; ++i) {
+      const uint8_t spread = spreads[i];
+      const uint32_t token = zigzag(values[i]);
+      if (token + 1 == tables.tokensOfSpread[spread]) break;
+      const int plainBits = tables.plainBitsOfSpread[spread];
+      if (bitCount < plainBits) {
+        uint64_t next = 0;
+        for (int byte = 0; byte < 8; ++byte) next |= static_cast<uint64_t>(plain[byte]) << (8 * byte);
+        const int bytes = (63 - bitCount) / 8;
+        bits |= (next & ((uint64_t{1} << (8 * bytes)) - 1)) << bitCount;
+        plain += bytes;
+        bitCount += 8 * bytes;
+      }
+      const auto lowest = static_cast<uint32_t>(bits & ((uint64_t{1} << plainBits) - 1));
+      bits >>= plainBits;
+      bitCount -= plainBits;
+      values[i] = static_cast<int32_t>(static_cast<uint32_t>(values[i]) << plainBits | lowest);
     }
-    const auto lowest = static_cast<uint32_t>(bits_ & ((uint64_t{1} << plainBits) - 1));
-    bits_ >>= plainBits;
-    bitCount_ -= plainBits;
-    values[i] = static_cast<int32_t>(static_cast<uint32_t>(values[i]) << plainBits | lowest);
+    bits_ = bits;
+    bitCount_ = bitCount;
+    plain_ = plain;
+    finishNumbers(spreads + i, first + 8 - i, values + i);
   }
 }
 

@@ -9,11 +9,11 @@
 #include "terrane/base/result.h"
 
 /// The entropy coder under the elevation payload: symbols with fixed probabilities by interleaved rANS, and
-/// plain bits beside them (docs/format/elevation-v2.md, "Segments").
+/// plain bits beside them (docs/format/elevation-v3.md, "Segments").
 ///
 /// The probability tables are the format's own: whole numbers in steps of a quarter octave of their mean
-/// size, by a discrete logistic distribution, and yes-or-no questions by steps of their odds. Which table a
-/// symbol uses follows from what is known before it, so a payload carries no table at all.
+/// size, by a discrete logistic distribution. Which table a symbol uses follows from what is known before it,
+/// so a payload carries no table at all.
 namespace terrane {
 
 inline constexpr int kProbabilityBits = 12;
@@ -28,8 +28,6 @@ inline constexpr unsigned kManyLanes = 16;
 inline constexpr int kSpreads = 96;
 /// From this spread on, the lowest bits of a number are plain: one more each octave.
 inline constexpr int kFirstShiftedSpread = 28;
-/// How likely the answer yes is: odds of 2^((i - 24) / 2) to one.
-inline constexpr int kOddsSteps = 48;
 
 /// One distribution over tokens: token t < tokens - 1 is the number unzigzag(t), the last one says that a
 /// larger number follows in plain bits.
@@ -45,7 +43,6 @@ struct TokenTable {
 /// What a spread means: how many of a number's lowest bits are plain, and the distribution of the rest.
 struct SpreadTables {
   std::array<TokenTable, kFirstShiftedSpread + 4> tables;
-  std::array<uint16_t, kOddsSteps> yesFrequency{};
   std::array<const TokenTable*, kSpreads> bySpread{};
   /// Where a spread's slots begin, counted from the first table's.
   std::array<int32_t, kSpreads> slotsOfSpread{};
@@ -62,15 +59,11 @@ struct SpreadTables {
 /// Made once; the same on every machine: nothing but IEEE additions, multiplications and divisions.
 const SpreadTables& spreadTables();
 
-/// The spread under which all the numbers together cost least, or nearly so.
-int bestSpread(std::span<const int32_t> values);
-
 /// Collects a segment's symbols in the order in which they will be read.
 class SegmentWriter {
  public:
   /// A whole number, |value| < 2^30.
   void number(int spread, int32_t value);
-  void answer(int odds, bool yes);
   void plain(uint32_t value, int bits);
   /// A number that is mostly near zero, in plain bits (Elias gamma of its zigzag + 1).
   void plainNumber(int32_t value);
@@ -98,7 +91,6 @@ class SegmentReader {
   static Result<SegmentReader> open(std::span<const uint8_t> bytes, size_t& used);
 
   int32_t number(int spread);
-  bool answer(int odds);
   uint32_t plain(int bits);
   int32_t plainNumber();
   /// `count` numbers at once, at most 512, each with a spread of its own.
@@ -114,6 +106,8 @@ class SegmentReader {
   int32_t larger(const TokenTable& table);
   /// What goes beyond tokens: larger numbers, and lowest bits.
   void finishNumbers(const uint8_t* spreads, int count, int32_t* values);
+  /// The same for those eights of numbers whose bit is set.
+  void finishEights(uint64_t eights, const uint8_t* spreads, int32_t* values);
 
   std::array<uint32_t, kManyLanes> states_{};
   unsigned lanes_ = kFewLanes;

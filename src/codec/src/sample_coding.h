@@ -5,11 +5,13 @@
 #include <vector>
 
 #include "sample_prediction.h"
+#include "sparse_coding.h"
 #include "terrane/base/result.h"
 #include "terrane/codec/tile.h"
+#include "void_coding.h"
 
 /// The samples that a tile holds itself <-> segments of entropy-coded symbols, level by level of the lattice
-/// (docs/format/elevation-v2.md, "Samples").
+/// (docs/format/elevation-v3.md, "Samples").
 namespace terrane {
 
 /// Which states a tile's own samples have; what needs not be said of each of them.
@@ -21,18 +23,30 @@ struct OwnStates {
   bool closed = true;
 
   bool isMixed() const { return (anyVoid ? 1 : 0) + (anyInterpolated ? 1 : 0) + (anyCoded ? 1 : 0) > 1; }
+  /// Must each sample's state be said, or part of it? Then as answers, and the residuals as well; else
+  /// residuals are numbers.
+  bool isSparse() const { return anyInterpolated; }
+  bool hasVoidAnswers() const { return anyVoid && isMixed(); }
+  bool hasAnswers() const { return isMixed(); }
+  bool hasNumbers() const { return anyCoded && !isSparse(); }
   bool operator==(const OwnStates&) const = default;
+};
+
+/// What a tile's answers teach, from its first segment to the last.
+struct SampleModels {
+  VoidModels voids;
+  SparseModels sparse;
 };
 OwnStates ownStatesOf(const std::vector<SampleState>& states, bool isRoot);
 
 /// Appends the segments of a lattice level (half-size s): quad-centres, then edge-centres.
 void encodeLevel(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,
-                 std::vector<uint8_t>& out);
+                 SampleModels* models, std::vector<uint8_t>& out);
 
 /// Reads them; the coarser samples must be there. Gives the number of bytes used. Errors are relative to
 /// `bytes`.
 Result<size_t> decodeLevel(std::span<const uint8_t> bytes, int s, const OwnStates& states,
-                           const ElevationScale& scale, TileSamples& samples);
+                           const ElevationScale& scale, SampleModels* models, TileSamples& samples);
 
 /// The step number whose height a coded sample has.
 int32_t integerOfCoded(float height, const ElevationScale& scale);

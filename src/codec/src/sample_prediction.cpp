@@ -7,6 +7,10 @@
 
 #include "vector_clones.h"
 
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
 #define TERRANE_INLINE __attribute__((always_inline)) inline
 
 namespace terrane {
@@ -338,6 +342,54 @@ TERRANE_CLONES bool addResiduals(const int32_t* __restrict predicted, const int3
   for (int x = 0; x < count; ++x)
     heights[x] = static_cast<float>(offset + static_cast<double>(values[x]) * step);
   return high <= kLargestInteger && low >= -kLargestInteger;
+}
+
+TERRANE_CLONES void stepsOf(const float* heights, int stride, int count, const ElevationScale& scale,
+                            int32_t* __restrict steps) {
+  constexpr double kLimit = 1 << 25;
+  const double offset = scale.heightOffset;
+  const double stepsPerMeter = 1.0 / scale.heightStep;
+  std::array<float, RowPrediction::kRoom> taken;
+  if (stride == 2) {
+    for (size_t x = 0; x < static_cast<size_t>(count); ++x) taken[x] = heights[2 * x];
+  } else {
+    for (size_t x = 0; x < static_cast<size_t>(count); ++x)
+      taken[x] = heights[x * static_cast<size_t>(stride)];
+  }
+  for (size_t x = 0; x < static_cast<size_t>(count); ++x) {
+    const double value = (static_cast<double>(taken[x]) - offset) * stepsPerMeter;
+    // note: clamped and made positive before the cast, which is then the floor and never out of range.
+    steps[x] = static_cast<int32_t>(std::min(std::max(value, -kLimit), kLimit) + (kLimit + 0.5)) -
+               static_cast<int32_t>(kLimit);
+  }
+}
+
+#if defined(__x86_64__)
+namespace {
+
+__attribute__((target("avx2"))) void spreadsOfAvx2(const uint8_t* contexts, int count,
+                                                   const SpreadShifts& shifts, uint8_t* spreads) {
+  const __m256i table =
+      _mm256_broadcastsi128_si256(_mm_loadu_si128(reinterpret_cast<const __m128i*>(shifts.data())));
+  const __m256i most = _mm256_set1_epi8(kSpreads - 1);
+  for (int x = 0; x < count; x += 32) {
+    const __m256i context = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(contexts + x));
+    const __m256i octave = _mm256_and_si256(_mm256_srli_epi16(context, 2), _mm256_set1_epi8(15));
+    const __m256i spread = _mm256_add_epi8(context, _mm256_shuffle_epi8(table, octave));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(spreads + x),
+                        _mm256_max_epi8(_mm256_min_epi8(spread, most), _mm256_setzero_si256()));
+  }
+}
+
+}  // namespace
+#endif
+
+void spreadsOf(const uint8_t* contexts, int count, const SpreadShifts& shifts, uint8_t* spreads) {
+#if defined(__x86_64__)
+  static const bool hasAvx2 = __builtin_cpu_supports("avx2") != 0;
+  if (hasAvx2) return spreadsOfAvx2(contexts, count, shifts, spreads);
+#endif
+  for (int x = 0; x < count; ++x) spreads[x] = spreadOf(contexts[x], shifts);
 }
 
 namespace {

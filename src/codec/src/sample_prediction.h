@@ -1,14 +1,16 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
 
+#include "rans.h"
 #include "sample_planes.h"
 #include "terrane/codec/tile.h"
 
 /// What the samples that are known let one expect of the next ones: a value, and how far off it may be.
-/// docs/format/elevation-v2.md, "Prediction", has the stencils as pictures and the numbers.
+/// docs/format/elevation-v3.md, "Prediction", has the stencils as pictures and the numbers.
 namespace terrane {
 
 /// The three kinds of new samples of a lattice level, in the order in which they become known.
@@ -46,7 +48,7 @@ inline constexpr int kSizeContexts = 64;
 
 /// One row of expectations; arrays have room for whole vectors.
 struct RowPrediction {
-  static constexpr int kRoom = 144;
+  static constexpr int kRoom = 160;
   alignas(64) std::array<int32_t, kRoom> values;   ///< expected step numbers
   alignas(64) std::array<uint8_t, kRoom> context;  ///< 0 to kSizeContexts - 1
   alignas(
@@ -67,6 +69,20 @@ void setMisses(const int32_t* values, const RowPrediction& predicted, int count,
 /// where a value is beyond +- kLargestInteger.
 bool addResiduals(const int32_t* predicted, const int32_t* residuals, int count, const ElevationScale& scale,
                   int32_t* values, int32_t* misses, float* heights);
+
+/// How far a tile's numbers are spread, compared with what their contexts say: one number for each octave,
+/// within +- 64.
+inline constexpr int kOctaves = kSizeContexts / 4;
+using SpreadShifts = std::array<int8_t, kOctaves>;
+constexpr uint8_t spreadOf(uint8_t context, const SpreadShifts& shifts) {
+  return static_cast<uint8_t>(std::clamp(context + shifts[context >> 2], 0, kSpreads - 1));
+}
+/// The spreads of samples in a row by their contexts. Whole vectors are written.
+void spreadsOf(const uint8_t* contexts, int count, const SpreadShifts& shifts, uint8_t* spreads);
+
+/// Nearest step numbers of heights, every `stride` of them; exact doubles in a fixed order, so that every
+/// machine gets the same.
+void stepsOf(const float* heights, int stride, int count, const ElevationScale& scale, int32_t* steps);
 
 /// The weights that fit a complete level best, by least squares over every fourth row; exact whole-number
 /// sums, so that every machine finds the same. `counts`: for each of the kind's samples, row by row, 1 where

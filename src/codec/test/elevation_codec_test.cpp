@@ -73,9 +73,9 @@ uint64_t fingerprint(const Tile& tile) {
   return hash;
 }
 
-/// Bytes that version 2 wrote: a root tile and its south-eastern child, small, with every kind of segment.
+/// Bytes that version 3 wrote: a root tile and its south-eastern child, small, with every kind of segment.
 std::vector<uint8_t> storedPayload(const std::string& name) {
-  std::ifstream file(TERRANE_SOURCE_DIR "/src/codec/test/payloads-v2/" + name, std::ios::binary);
+  std::ifstream file(TERRANE_SOURCE_DIR "/src/codec/test/payloads-v3/" + name, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
@@ -276,7 +276,8 @@ TEST(ElevationCodec, ContradictionsAreErrors) {
     const auto result = decodeTile(changed, nullptr, 0, scale);
     return result.ok() ? std::string("no error") : result.error().message;
   };
-  EXPECT_NE(errorAfter(0, 3).find("update Terrane"), std::string::npos);
+  EXPECT_NE(errorAfter(0, 4).find("update Terrane"), std::string::npos);
+  EXPECT_NE(errorAfter(0, 2).find("build the dataset again"), std::string::npos);
   EXPECT_NE(errorAfter(0, 1).find("build the dataset again"), std::string::npos);
   EXPECT_NE(errorAfter(0, 0).find("version 0"), std::string::npos);
   EXPECT_NE(errorAfter(1, 0x81).find("unknown flags"), std::string::npos);
@@ -298,8 +299,8 @@ TEST(ElevationCodec, ContradictionsAreErrors) {
   EXPECT_NE(result.error().message.find("2^24"), std::string::npos);
 }
 
-// They must decode to the same tile for as long as version 2 is read.
-TEST(ElevationCodec, StoredPayloadsOfVersion2DecodeAsEver) {
+// They must decode to the same tile for as long as version 3 is read.
+TEST(ElevationCodec, StoredPayloadsOfVersion3DecodeAsEver) {
   const ElevationScale scale{};
   const auto root = decodeTile(storedPayload("root"), nullptr, 0, scale);
   ASSERT_TRUE(root.ok()) << root.error().message;

@@ -7,7 +7,7 @@
 #include "terrane/base/result.h"
 #include "terrane/codec/tile.h"
 
-/// Elevation payloads, version 2 (docs/format/elevation-v2.md): bytes <-> samples, as pure functions. The
+/// Elevation payloads, version 3 (docs/format/elevation-v3.md): bytes <-> samples, as pure functions. The
 /// same bytes give the same heights, bit for bit, on every machine.
 namespace terrane {
 

@@ -1,0 +1,170 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "terrane/base/result.h"
+
+/// Yes-or-no answers whose odds are learned while they are read: a binary arithmetic coder, models that
+/// follow what they have seen, and a mixer that weighs several models by how well they have done
+/// (docs/format/elevation-v3.md, "Answers"). Whole numbers only: the same on every machine.
+///
+/// Coders come as a pair with the same face, so that what is asked in which context is written once, for both
+/// ways: code(chance, answer) takes the answer or gives it.
+namespace terrane {
+
+/// Chances of a yes are in 1/65536.
+inline constexpr int kChanceBits = 16;
+
+/// No answer is impossible.
+constexpr uint32_t boundedChance(uint32_t chance) {
+  return std::clamp<uint32_t>(chance, 24, 65536 - 24);
+}
+
+/// How likely a yes is, from what was answered before.
+struct AnswerModel {
+  uint16_t chance = 1 << (kChanceBits - 1);
+  uint8_t seen = 0;  ///< as many answers have a say
+
+  /// The newest answer counts as one of `seen` + 1.75, of kMostSeen + 1.75 at last.
+  static constexpr int kMostSeen = 250;
+  void learn(bool yes, int most) {
+    static constexpr std::array<uint16_t, kMostSeen + 1> kShare = [] {
+      std::array<uint16_t, kMostSeen + 1> made{};
+      for (size_t i = 0; i < made.size(); ++i)
+        made[i] = static_cast<uint16_t>(32768.0 / (static_cast<double>(i) + 1.75));
+      return made;
+    }();
+    const int goal = yes ? 65535 : 0;
+    chance = static_cast<uint16_t>(chance + (goal - chance) * int{kShare[seen]} / 32768);
+    if (seen < most) ++seen;
+  }
+};
+
+/// Chances on the scale that evidence adds up on, 256 ln(p / (1 - p)), and back.
+inline constexpr int kMostEvidence = 2047;
+struct EvidenceTables {
+  std::array<int16_t, 4096> evidence;                  ///< of chances, in 1/4096
+  std::array<uint16_t, 2 * kMostEvidence + 1> chance;  ///< of evidence + kMostEvidence
+};
+const EvidenceTables& evidenceTables();
+
+/// Weighs the evidence of several models, by how well they have done. Weights are in 1/65536.
+template <size_t Count>
+struct AnswerMixer {
+  std::array<int32_t, Count> weights;
+};
+
+/// Asks several models about one answer.
+template <class Coder, size_t Count>
+inline bool codeMixed(Coder& coder, const EvidenceTables& tables,
+                      const std::array<AnswerModel*, Count>& models, AnswerMixer<Count>& mixer, int most,
+                      bool yes = false) {
+  std::array<int32_t, Count> evidence;
+  int64_t sum = 0;
+  for (size_t i = 0; i < Count; ++i) {
+    evidence[i] = tables.evidence[models[i]->chance >> 4];
+    sum += int64_t{mixer.weights[i]} * evidence[i];
+  }
+  const auto mixed = static_cast<int>(std::clamp<int64_t>(sum / 65536, -kMostEvidence, kMostEvidence));
+  const uint16_t chance = tables.chance[static_cast<size_t>(mixed + kMostEvidence)];
+  yes = coder.code(chance, yes);
+  const int miss = (yes ? 65535 : 0) - chance;
+  for (size_t i = 0; i < Count; ++i) {
+    mixer.weights[i] = std::clamp(mixer.weights[i] + evidence[i] * miss / 32768, -(1 << 18), 1 << 18);
+    models[i]->learn(yes, most);
+  }
+  return yes;
+}
+
+/// Bits that are as likely 1 as 0, the highest first.
+template <class Coder>
+inline uint32_t codePlain(Coder& coder, uint32_t value, int bits) {
+  uint32_t out = 0;
+  for (int bit = bits - 1; bit >= 0; --bit)
+    out = out << 1 | (coder.code(1U << (kChanceBits - 1), (value >> bit & 1) != 0) ? 1U : 0U);
+  return out;
+}
+/// A number without much of an expectation: Elias gamma of value + 1, value < 2^29.
+template <class Coder>
+inline uint32_t codeLarge(Coder& coder, uint32_t value) {
+  const int width = std::bit_width(value + 1);
+  int w = 1;
+  while (w < 30 && coder.code(1U << (kChanceBits - 1), w < width)) ++w;
+  return (codePlain(coder, value + 1, w - 1) | 1U << (w - 1)) - 1;
+}
+
+/// Writes answers; the bytes stand once finish() was called.
+class BinaryWriter {
+ public:
+  static constexpr bool kReads = false;
+  bool code(uint32_t chance, bool yes) {
+    const uint32_t share = (range_ >> kChanceBits) * boundedChance(chance);
+    if (yes) {
+      range_ = share;
+    } else {
+      low_ += share;
+      range_ -= share;
+    }
+    while (range_ < 1U << 24) {
+      shiftLow();
+      range_ <<= 8;
+    }
+    return yes;
+  }
+  /// Appends a varint of the number of bytes, and the bytes. Empties the writer.
+  void finish(std::vector<uint8_t>& out);
+
+ private:
+  void shiftLow();
+
+  uint64_t low_ = 0;
+  uint32_t range_ = 0xffffffffU;
+  uint8_t held_ = 0;
+  uint64_t heldCount_ = 1;
+  std::vector<uint8_t> bytes_;
+};
+
+/// Reads what a BinaryWriter wrote. Whatever the bytes are, every call returns some answer and nothing beyond
+/// them is read; finish() tells whether they were what was written.
+class BinaryReader {
+ public:
+  static constexpr bool kReads = true;
+  /// Finds the answers at the beginning of `bytes`; `used` is their length. Errors are relative to `bytes`.
+  static Result<BinaryReader> open(std::span<const uint8_t> bytes, size_t& used);
+
+  bool code(uint32_t chance, bool = false) {
+    const uint32_t share = (range_ >> kChanceBits) * boundedChance(chance);
+    const bool yes = code_ < share;
+    if (yes) {
+      range_ = share;
+    } else {
+      code_ -= share;
+      range_ -= share;
+    }
+    while (range_ < 1U << 24) {
+      code_ = code_ << 8 | nextByte();
+      range_ <<= 8;
+    }
+    return yes;
+  }
+  bool finish() const { return next_ == end_; }
+
+ private:
+  uint32_t nextByte() {
+    if (next_ < end_) return *next_++;
+    return 0;
+  }
+
+  const uint8_t* next_ = nullptr;
+  const uint8_t* end_ = nullptr;
+  uint32_t range_ = 0xffffffffU;
+  uint32_t code_ = 0;
+};
+
+}  // namespace terrane
