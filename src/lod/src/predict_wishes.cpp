@@ -104,7 +104,7 @@ class Predictor {
     const double texel =
         metric_.lengthPixels(prism, std::max(cellMeters_.x, cellMeters_.y) *
                                         std::ldexp(1.0, frame_.finestLevel - guess.tile.level + 1));
-    if (guess.errorPixels <= selection_.tolerancePixels && texel <= 1.0) return false;
+    if (guess.errorPixels <= selection_.tolerancePixels && texel <= selection_.texelPixels) return false;
     guess.urgencyPixels = std::max(guess.errorPixels, kShadingWishWeight * texel);
     guess.areaPixels = metric_.areaPixels(prism);
     return true;

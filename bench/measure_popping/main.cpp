@@ -1,0 +1,193 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <limits>
+
+#include "terrane/base/format_number.h"
+#include "terrane/engine/read_flight.h"
+#include "terrane/engine/terrain.h"
+#include "terrane/measure/bench_result.h"
+#include "terrane/measure/fly.h"
+#include "terrane/measure/measure_pops.h"
+#include "terrane/reference/load_reference.h"
+
+/// How far points of the ground pop on screen from one frame to the next, everything resident, with morphing
+/// and without.
+///
+/// From each flight a few runs of neighbouring frames are taken, so far apart that the camera moves by 2 % of
+/// the distance of the nearest ground in the picture from one to the next, however fast that makes the
+/// flight; but at most a quarter of a second, and no farther than it turns by 5 degrees.
+///
+/// usage: measure_popping FLIGHTS-FOLDER RESULT.json DATASET...
+
+namespace terrane {
+namespace {
+
+constexpr int kRunsPerFlight = 3;
+constexpr int kFramesPerRun = 13;
+constexpr double kMostSeconds = 0.25;
+constexpr double kMostMoved = 0.02;
+constexpr double kMostTurnedCosine = 0.9993908270190958;
+constexpr double kTauPixels = 1.0;
+
+/// What one way to draw showed on one flight.
+struct Seen {
+  PopMeasure pops;
+  ErrorMeasure error;
+  CrackMeasure cracks;
+  double triangles = 0.0;
+  double worstSeconds = 0.0;  ///< when the largest pop was
+};
+
+double nearestGround(const Camera& camera, const std::vector<glm::dvec3>& places) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const glm::dvec3& place : places)
+    if (!std::isnan(place.z)) nearest = std::min(nearest, glm::length(place - camera.eyeLocal));
+  return nearest;
+}
+
+/// The time of the next frame.
+double nextFrame(const FittedFlight& flight, double seconds, double nearest, const FlyOptions& options) {
+  const Camera camera = cameraAt(flight, seconds, options);
+  const auto isNear = [&](double step) {
+    const Camera next = cameraAt(flight, seconds + step, options);
+    return glm::length(next.eyeLocal - camera.eyeLocal) <= kMostMoved * nearest &&
+           glm::dot(next.forward, camera.forward) >= kMostTurnedCosine;
+  };
+  double step = kMostSeconds;
+  while (step > 1e-6 && !isNear(step)) step *= 0.97;
+  return seconds + step;
+}
+
+class FlightMeasurement {
+ public:
+  FlightMeasurement(Terrain& terrain, const ReferenceSurface& truth, const FittedFlight& flight)
+      : terrain_(terrain), truth_(truth), flight_(flight) {
+    options_.width = 640;
+    options_.height = 360;
+    options_.tauPixels = kTauPixels;
+  }
+
+  /// Draws with morphing, which decides when the frames are, then the same frames without.
+  Status measure() {
+    for (int run = 0; run < kRunsPerFlight; ++run) {
+      std::vector<double> times = {flight_.durationSeconds() * (run + 0.5) / kRunsPerFlight};
+      TERRANE_TRY(measureRun(true, times, with));
+      TERRANE_TRY(measureRun(false, times, without));
+      seconds += times.back() - times.front();
+      frames += static_cast<int64_t>(times.size());
+    }
+    return {};
+  }
+
+  Seen with;
+  Seen without;
+  double seconds = 0.0;
+  int64_t frames = 0;
+
+ private:
+  /// `times`: all of them, or only the first, to which the others are added.
+  Status measureRun(bool morph, std::vector<double>& times, Seen& seen) {
+    PatchSelection selection;
+    selection.tolerancePixels = kTauPixels;
+    selection.morph = morph;
+    std::optional<Camera> lastCamera;
+    std::unique_ptr<DrawnSurface> last;
+    for (size_t frame = 0; frame < kFramesPerRun; ++frame) {
+      const Camera camera = cameraAt(flight_, times[frame], options_);
+      TERRANE_ASSIGN(const Cut cut, terrain_.selectAndLoad(camera, selection));
+      TERRANE_ASSIGN(const PositionPicture picture, terrain_.drawPositions(cut, camera));
+      seen.triangles +=
+          static_cast<double>(cut.patches.size()) * static_cast<double>(cut.grid.trianglesPerPatch());
+      auto surface =
+          std::make_unique<DrawnSurface>(cut, terrain_.dataset().manifest().frame, terrain_.tiles());
+      if (last) {
+        const PopMeasure pops = measurePops({*lastCamera, *last}, {camera, *surface}, picture.local);
+        if (pops.maxPixels > seen.pops.maxPixels) seen.worstSeconds = times[frame];
+        seen.pops.add(pops);
+      }
+      if (frame % 6 == 0) {
+        seen.error.add(measureError(truth_, camera, picture.local, kTauPixels));
+        seen.cracks.add(measureCracks(truth_, camera, picture.local, kTauPixels));
+      }
+      if (times.size() < kFramesPerRun)
+        times.push_back(nextFrame(flight_, times[frame], nearestGround(camera, picture.local), options_));
+      lastCamera = camera;
+      last = std::move(surface);
+    }
+    return {};
+  }
+
+  Terrain& terrain_;
+  const ReferenceSurface& truth_;
+  const FittedFlight& flight_;
+  FlyOptions options_;
+};
+
+Status measureDataset(const std::string& directory, const std::vector<std::string>& paths,
+                      BenchResult& result) {
+  TERRANE_ASSIGN(const std::unique_ptr<Terrain> terrain, Terrain::open(directory));
+  TERRANE_ASSIGN(const ReferenceSurface truth, loadReference(terrain->dataset()));
+  for (const std::string& path : paths) {
+    TERRANE_ASSIGN(const FittedFlight flight, readFlight(path, *terrain));
+    FlightMeasurement measured(*terrain, truth, flight);
+    TERRANE_TRY(measured.measure());
+    const Seen& on = measured.with;
+    const Seen& off = measured.without;
+    result.rows.push_back(
+        {{"dataset", std::filesystem::path(directory).stem().string()},
+         {"flight", std::filesystem::path(path).stem().string()},
+         {"frames", measured.frames},
+         {"seconds", measured.seconds},
+         {"max_pop_px", on.pops.maxPixels},
+         {"p999_pop_px", on.pops.percentile999()},
+         {"above_half_per_s", static_cast<double>(on.pops.aboveHalf) / measured.seconds},
+         {"off_max_pop_px", off.pops.maxPixels},
+         {"off_p999_pop_px", off.pops.percentile999()},
+         {"off_above_half_per_s", static_cast<double>(off.pops.aboveHalf) / measured.seconds},
+         {"max_error_over_tau", on.error.maxPixels / kTauPixels},
+         {"off_max_error_over_tau", off.error.maxPixels / kTauPixels},
+         {"cracks", on.cracks.cracks},
+         {"missing", on.pops.missing + off.pops.missing},
+         {"off_surface_px", std::max(on.pops.offSurface, off.pops.offSurface)},
+         {"triangles", std::llround(on.triangles / static_cast<double>(measured.frames))},
+         {"triangles_cost_percent", 100.0 * (on.triangles / off.triangles - 1.0)},
+         {"worst_at_s", on.worstSeconds}});
+    std::fprintf(stderr, "%s, %s: popped by at most %.3f pixels, without morphing %.3f\n", directory.c_str(),
+                 path.c_str(), on.pops.maxPixels, off.pops.maxPixels);
+  }
+  return {};
+}
+
+Status run(const std::vector<std::string>& arguments) {
+  if (arguments.size() < 3) return makeError("usage: measure_popping FLIGHTS-FOLDER RESULT.json DATASET...");
+  TERRANE_ASSIGN(const std::vector<std::string> flights, flightsIn(arguments[0]));
+
+  BenchResult result;
+  result.bench = "popping";
+  for (size_t i = 2; i < arguments.size(); ++i) TERRANE_TRY(measureDataset(arguments[i], flights, result));
+  const auto largest = [&](const char* member) {
+    double value = 0.0;
+    for (const auto& row : result.rows) value = std::max(value, row[member].get<double>());
+    return value;
+  };
+  result.bars = {{"max_pop_px", largest("max_pop_px"), "pixels", 0.5},
+                 {"max_error_over_tau", largest("max_error_over_tau"), "", 1.0},
+                 {"cracks", largest("cracks"), "pixels", 0.0},
+                 {"missing", largest("missing"), "pixels", 0.0}};
+  std::fputs(result.toTable().c_str(), stdout);
+  TERRANE_TRY(writeTextFile(arguments[1], result.toJson().dump(1) + "\n"));
+  return result.allHold() ? Status() : Status(makeError("a bar does not hold"));
+}
+
+}  // namespace
+}  // namespace terrane
+
+int main(int argc, char** argv) {
+  const terrane::Status done = terrane::run(std::vector<std::string>(argv + 1, argv + argc));
+  if (done.ok()) return 0;
+  std::fprintf(stderr, "measure_popping: %s\n", done.error().message.c_str());
+  return 1;
+}

@@ -1,0 +1,9 @@
+#!/usr/bin/env bash
+# How far the ground pops on screen from frame to frame, with morphing and without: ./dev bench popping
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+# shellcheck source=bench/support/datasets.sh
+source bench/support/datasets.sh
+# note: not the largest one; its ground is no different, and this takes minutes a dataset.
+exec build/release/bin/measure_popping bench/flights build/bench/popping.json \
+  "${datasets[0]}" "${datasets[1]}" "${datasets[3]}"
