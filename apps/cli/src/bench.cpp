@@ -24,6 +24,7 @@ struct BenchOptions {
   std::string flight;
   std::string surface = "patches";
   std::string size = "1280x720";
+  std::string morph = "on";
   std::string output, plot;
   int patchSamples = 17;
   bool reference = false;
@@ -38,6 +39,7 @@ Status checkOptions(BenchOptions& options) {
   FlyOptions& fly = options.fly;
   TERRANE_TRY(parsePictureSize(options.size, fly.width, fly.height));
   TERRANE_ASSIGN(options.selection.grid, parsePatchGrid(options.patchSamples));
+  options.selection.morph = options.morph == "on";
   fly.tauPixels = options.selection.tolerancePixels;
   for (const std::string& path : {options.output, options.plot}) {
     if (!path.empty() && !options.overwrite && std::filesystem::exists(path)) {
@@ -125,6 +127,9 @@ void addBenchCommand(CLI::App& app, CommandContext& context) {
       ->check(CLI::Range(0.01, 1000.0));
   command->add_option("--k", options->patchSamples, "samples along a patch's side, 2^k + 1 from 3 to 129")
       ->capture_default_str();
+  command->add_option("--morph", options->morph, "let patches glide into being as one comes nearer")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"on", "off"}));
   command
       ->add_option("--fov", options->fly.fovyDegrees, "vertical field of view in degrees, else the flight's")
       ->check(CLI::Range(1.0, 170.0));

@@ -36,7 +36,7 @@ struct RenderOptions {
   std::optional<double> atSeconds;
   double framesPerSecond = 30.0;
   std::string position, stats;
-  std::string mode = "shaded", outline = "none", cull = "on", metric = "full";
+  std::string mode = "shaded", outline = "none", cull = "on", morph = "on", metric = "full";
   std::string water = "auto", palette = "auto";
   std::vector<std::string> imagery;
   int patchSamples = 17;
@@ -128,6 +128,7 @@ class RenderCommand {
         return makeError("{}: exists already; pass --overwrite to replace it", path);
     TERRANE_ASSIGN(options_.selection.grid, parsePatchGrid(options_.patchSamples));
     options_.selection.cull = options_.cull == "on";
+    options_.selection.morph = options_.morph == "on";
     options_.selection.metric = choice(kMetrics, options_.metric);
     options_.style.mode = choice(kModes, options_.mode);
     options_.style.outline = choice(kOutlines, options_.outline);
@@ -394,6 +395,9 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "land", "grey"}));
   command->add_option("--cull", options->cull, "leave out what is outside the frustum")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"on", "off"}));
+  command->add_option("--morph", options->morph, "let patches glide into being as one comes nearer")
       ->capture_default_str()
       ->check(CLI::IsMember({"on", "off"}));
   command->add_option("--metric", options->metric, "what patches are split by")
