@@ -24,6 +24,7 @@ struct BenchOptions {
   std::string flight;
   std::string surface = "patches";
   std::string size = "1280x720";
+  std::string morph = "on";
   std::string output, plot;
   int patchSamples = 17;
   bool reference = false;
@@ -31,7 +32,6 @@ struct BenchOptions {
   FlyOptions fly;
   TerrainOptions terrain;
   PatchSelection selection;
-  std::string morph = "on";
   OutputOptions talk;
 };
 
@@ -125,11 +125,11 @@ void addBenchCommand(CLI::App& app, CommandContext& context) {
   command->add_option("--tau", options->selection.tolerancePixels, "largest error on screen, pixels")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1000.0));
-  command->add_option("--morph", options->morph, "let patches glide into being")
-      ->check(CLI::IsMember({"on", "off"}))
-      ->capture_default_str();
   command->add_option("--k", options->patchSamples, "samples along a patch's side, 2^k + 1 from 3 to 129")
       ->capture_default_str();
+  command->add_option("--morph", options->morph, "let patches glide into being as one comes nearer")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"on", "off"}));
   command
       ->add_option("--fov", options->fly.fovyDegrees, "vertical field of view in degrees, else the flight's")
       ->check(CLI::Range(1.0, 170.0));

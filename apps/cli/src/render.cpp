@@ -36,14 +36,13 @@ struct RenderOptions {
   std::optional<double> atSeconds;
   double framesPerSecond = 30.0;
   std::string position, stats;
-  std::string mode = "shaded", outline = "none", cull = "on", metric = "full";
+  std::string mode = "shaded", outline = "none", cull = "on", morph = "on", metric = "full";
   std::string water = "auto", palette = "auto";
   std::vector<std::string> imagery;
   int patchSamples = 17;
   bool overwrite = false;
   TerrainOptions terrain;
   PatchSelection selection;
-  std::string morph = "on";
   RenderStyle style;
   OutputOptions talk;
 };
@@ -344,9 +343,6 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
   command->add_option("--tau", options->selection.tolerancePixels, "largest error on screen, pixels")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1000.0));
-  command->add_option("--morph", options->morph, "let patches glide into being")
-      ->check(CLI::IsMember({"on", "off"}))
-      ->capture_default_str();
   command->add_option("--k", options->patchSamples, "samples along a patch's side, 2^k + 1 from 3 to 129")
       ->capture_default_str();
 
@@ -399,6 +395,9 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "land", "grey"}));
   command->add_option("--cull", options->cull, "leave out what is outside the frustum")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"on", "off"}));
+  command->add_option("--morph", options->morph, "let patches glide into being as one comes nearer")
       ->capture_default_str()
       ->check(CLI::IsMember({"on", "off"}));
   command->add_option("--metric", options->metric, "what patches are split by")

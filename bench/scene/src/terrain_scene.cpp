@@ -14,12 +14,22 @@ TerrainScene::TerrainScene(Terrain& terrain, const PatchSelection& selection)
   style_.tauPixels = selection.tolerancePixels;
 }
 
+Cut TerrainScene::select(const Camera& camera) {
+  constexpr double kFrameSeconds = 0.02;
+  if (!fading_) return terrain_.select(camera, selection_);
+  const Manifest& manifest = terrain_.dataset().manifest();
+  return selectPatches(selection_, manifest.frame, manifest.scale, camera, terrain_.tiles(), &*fading_,
+                       kFrameSeconds);
+}
+
 Status TerrainScene::loadAll(const Camera& camera) {
+  fading_.reset();
   const auto cut = terrain_.selectAndLoad(camera, selection_);
   return cut.ok() ? Status() : Status(cut.error());
 }
 
 Result<FrameCost> TerrainScene::drawFrame(const Camera& camera) {
+  fading_.reset();
   const uint64_t bytesBefore = terrain_.tiles().bytesRead();
   const size_t tilesBefore = terrain_.tiles().residentTiles();
   const auto start = std::chrono::steady_clock::now();
@@ -44,19 +54,23 @@ Result<FrameCost> TerrainScene::drawFrame(const Camera& camera) {
 }
 
 Result<std::vector<glm::dvec3>> TerrainScene::places(const Camera& camera) {
-  const Cut cut = terrain_.select(camera, selection_);
+  const Cut cut = select(camera);
   TERRANE_ASSIGN(PositionPicture picture, terrain_.drawPositions(cut, camera, selection_.exaggeration));
   return std::move(picture.local);
 }
 
 Status TerrainScene::unload() {
   terrain_.tiles().clear();
+  fading_.emplace();
   return load(TileId{});
 }
 
 Result<std::vector<TileId>> TerrainScene::wishes(const Camera& camera) {
+  // What waits for its parents to fade in has not wished yet.
+  Cut cut = select(camera);
+  while (cut.wishes.empty() && cut.ramping > 0) cut = select(camera);
   std::vector<TileId> tiles;
-  for (const TileWish& wish : terrain_.select(camera, selection_).wishes) tiles.push_back(wish.tile);
+  for (const TileWish& wish : cut.wishes) tiles.push_back(wish.tile);
   return tiles;
 }
 
