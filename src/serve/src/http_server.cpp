@@ -133,7 +133,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void checkTime(Clock::time_point now) {
     if (phase_ == Phase::Working || now < deadline_) return;
     ++shared_.metrics->timeouts;
-    const bool waitsForRequest = (phase_ == Phase::Head && used_ > 0) || phase_ == Phase::Body;
+    const bool waitsForRequest = (phase_ == Phase::Head && hasBegun()) || phase_ == Phase::Body;
     if (!waitsForRequest) return close();
     error_code ignored;
     socket_.cancel(ignored);
@@ -141,7 +141,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
   /// The server stops: closes what waits for a request that has not begun.
   void stopSoon() {
-    if (phase_ == Phase::Head && used_ == 0) close();
+    if (phase_ == Phase::Head && !hasBegun()) close();
   }
   void close() {
     if (phase_ == Phase::Closed) return;
@@ -155,6 +155,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
  private:
   enum class Phase : uint8_t { Head, Body, Working, Sending, Draining, Closed };
 
+  /// Has any of the next request come?
+  bool hasBegun() const { return used_ + headTaken_ > 0; }
   void nextRequest();
   void readMore();
   void consume();
@@ -183,6 +185,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   std::vector<char> buffer_;
   size_t used_ = 0;
+  size_t headTaken_ = 0;  ///< bytes of an unfinished head that the parser has
   std::optional<Parser> parser_;
   bool closeAfter_ = false;
   bool parsed_ = false;  ///< parser_ holds a whole head
@@ -218,6 +221,7 @@ void Connection::nextRequest() {
   parser_->body_limit(limits_.bodyBytes);
   parser_->eager(true);
   parsed_ = false;
+  headTaken_ = 0;
   closeAfter_ = false;
   if (used_ == 0) return readMore();
   begun_ = Clock::now();
@@ -231,7 +235,7 @@ void Connection::readMore() {
                             Connection& c = *self;
                             if (c.phase_ != Phase::Head && c.phase_ != Phase::Body) return;
                             if (error) return c.close();
-                            if (c.phase_ == Phase::Head && c.used_ == 0) {
+                            if (c.phase_ == Phase::Head && !c.hasBegun()) {
                               c.begun_ = Clock::now();
                               c.deadline_ = after(c.limits_.headSeconds);
                             }
@@ -242,7 +246,7 @@ void Connection::readMore() {
 
 /// Gives the parser what there is.
 void Connection::consume() {
-  if (phase_ == Phase::Head) {
+  if (phase_ == Phase::Head && headTaken_ == 0) {
     // An overlong request line has a status of its own.
     const size_t looked = std::min(used_, limits_.requestLineBytes);
     if (std::memchr(buffer_.data(), '\n', looked) == nullptr && used_ >= limits_.requestLineBytes)
@@ -262,9 +266,11 @@ void Connection::consume() {
   }
   std::memmove(buffer_.data(), buffer_.data() + taken, used_ - taken);
   used_ -= taken;
+  // note: the parser takes fields as they come and does not add them up.
+  if (!parsed_) headTaken_ += taken;
   if (error && error != http::error::need_more) return refuseWith(refusalOf(error));
   if (parser_->is_done()) return respond();
-  if (used_ == buffer_.size()) {
+  if (used_ == buffer_.size() || (!parsed_ && headTaken_ + used_ >= limits_.headBytes)) {
     return refuseWith(parsed_ ? refuse(400, "A chunk's head or the trailer is too long.")
                               : refuse(431, "The request's header fields are too large."));
   }
@@ -289,6 +295,9 @@ std::optional<HttpResponse> Connection::refusalOf() const {
   const auto coding = message.find(http::field::transfer_encoding);
   const bool hasLength = message.count(http::field::content_length) > 0;
   if (message.count(http::field::content_length) > 1) return refuse(400, "More than one Content-Length.");
+  const auto length = view(message[http::field::content_length]);
+  if (length.find_first_not_of("0123456789") != std::string_view::npos)
+    return refuse(400, "The Content-Length is no number.");
   if (coding != message.end()) {
     if (hasLength) return refuse(400, "Both Content-Length and Transfer-Encoding.");
     if (message.version() < 11) return refuse(400, "Transfer-Encoding in HTTP/1.0.");
@@ -461,7 +470,7 @@ void Connection::finishAnswer() {
                                       seconds});
   }
   response_ = {};
-  if (closeAfter_) return drain();
+  if (closeAfter_ || worker_.stopping) return drain();
   deadline_ = after(limits_.idleSeconds);
   if (used_ == 0) return nextRequest();
   // A request that came with the last one waits its turn.

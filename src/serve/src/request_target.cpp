@@ -37,6 +37,7 @@ Result<std::string> decode(std::string_view text, bool plusIsSpace) {
 
 Status readPath(std::string_view path, RequestTarget& out) {
   path.remove_prefix(1);
+  if (path == "/") return makeError("the path begins with an empty segment");
   if (!path.empty() && path.back() == '/') {
     out.trailingSlash = true;
     path.remove_suffix(1);
