@@ -259,7 +259,7 @@ TEST_F(HttpServerTest, RefusesWhatOthersMightReadDifferently) {
   expectRefused(post + "Content-Length : 5\r\n\r\nhello", 400);
   expectRefused(post + "Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n", 501);
   expectRefused(post + "Transfer-Encoding: xchunked\r\n\r\n0\r\n\r\n", 501);
-  expectRefused(post + "Transfer-Encoding: chunked\r\nTransfer-Encoding: identity\r\n\r\n0\r\n\r\n", 501);
+  expectRefused(post + "Transfer-Encoding: chunked\r\nTransfer-Encoding: identity\r\n\r\n0\r\n\r\n", 400);
   expectRefused("POST / HTTP/1.0\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400);
   const std::string chunked = post + "Transfer-Encoding: chunked\r\n\r\n";
   expectRefused(chunked + "g\r\nabc\r\n0\r\n\r\n", 400);
