@@ -15,8 +15,6 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/thread_pool.hpp>
-#include <boost/beast/http/parser.hpp>
-#include <boost/beast/http/string_body.hpp>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -26,17 +24,16 @@
 #include <unordered_set>
 #include <vector>
 
+#include "request_parser.h"
 #include "terrane/base/parallel.h"
 
 namespace terrane::serve {
 namespace {
 
 namespace asio = boost::asio;
-namespace http = boost::beast::http;
 using boost::system::error_code;
 using Tcp = asio::ip::tcp;
 using Clock = std::chrono::steady_clock;
-using Parser = http::request_parser<http::string_body>;
 
 /// File answers up to this size go through the thread's buffer together with their head, in one call; larger
 /// ones by sendfile(2).
@@ -51,10 +48,6 @@ constexpr std::chrono::milliseconds kTick{50};
 
 Clock::time_point after(double seconds) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-}
-
-std::string_view view(boost::beast::string_view text) {
-  return {text.data(), text.size()};
 }
 
 /// What all threads share.
@@ -103,7 +96,11 @@ std::string_view Worker::dateField() {
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(Worker& worker, Tcp::socket socket)
-      : worker_(worker), shared_(worker.shared), socket_(std::move(socket)), limits_(shared_.options.limits) {
+      : worker_(worker),
+        shared_(worker.shared),
+        socket_(std::move(socket)),
+        limits_(shared_.options.limits),
+        parser_(limits_) {
     ++shared_.metrics->connections;
     error_code ignored;
     socket_.set_option(Tcp::no_delay(true), ignored);
@@ -156,7 +153,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   enum class Phase : uint8_t { Head, Body, Working, Sending, Draining, Closed };
 
   /// Has any of the next request come?
-  bool hasBegun() const { return used_ + headTaken_ > 0; }
+  bool hasBegun() const { return used_ > 0 || parser_.hasBegun(); }
   void nextRequest();
   void readMore();
   void consume();
@@ -167,9 +164,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void finishAnswer();
   void drain();
   void refuseWith(HttpResponse response);
-  std::optional<HttpResponse> refusalOf() const;
-  static HttpResponse refusalOf(error_code error);
-  HttpRequest request() const;
   void buildHead();
   ssize_t sendOnce();
   void waitToSend();
@@ -185,10 +179,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   std::vector<char> buffer_;
   size_t used_ = 0;
-  size_t headTaken_ = 0;  ///< bytes of an unfinished head that the parser has
-  std::optional<Parser> parser_;
+  RequestParser parser_;
   bool closeAfter_ = false;
-  bool parsed_ = false;  ///< parser_ holds a whole head
 
   HttpResponse response_;
   std::string head_;
@@ -197,31 +189,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
   uint64_t drained_ = 0;
 };
 
-HttpRequest Connection::request() const {
-  HttpRequest out;
-  if (!parsed_) return out;
-  const auto& message = parser_->get();
-  out.method = view(message.method_string());
-  out.target = view(message.target());
-  out.body = message.body();
-  out.range = view(message[http::field::range]);
-  out.ifRange = view(message[http::field::if_range]);
-  out.ifMatch = view(message[http::field::if_match]);
-  out.ifNoneMatch = view(message[http::field::if_none_match]);
-  out.acceptEncoding = view(message[http::field::accept_encoding]);
-  out.contentType = view(message[http::field::content_type]);
-  out.origin = view(message[http::field::origin]);
-  return out;
-}
-
 void Connection::nextRequest() {
   phase_ = Phase::Head;
-  parser_.emplace();
-  parser_->header_limit(static_cast<std::uint32_t>(limits_.headBytes));
-  parser_->body_limit(limits_.bodyBytes);
-  parser_->eager(true);
-  parsed_ = false;
-  headTaken_ = 0;
+  parser_.reset();
   closeAfter_ = false;
   if (used_ == 0) return readMore();
   begun_ = Clock::now();
@@ -246,40 +216,16 @@ void Connection::readMore() {
 
 /// Gives the parser what there is.
 void Connection::consume() {
-  if (phase_ == Phase::Head && headTaken_ == 0) {
-    // An overlong request line has a status of its own.
-    const size_t looked = std::min(used_, limits_.requestLineBytes);
-    if (std::memchr(buffer_.data(), '\n', looked) == nullptr && used_ >= limits_.requestLineBytes)
-      return refuseWith(
-          refuse(414, "The request's first line is too long; send long lists of points by POST."));
-  }
-  error_code error;
-  size_t taken = 0;
-  while (taken < used_ && !parser_->is_done()) {
-    const size_t count = parser_->put(asio::buffer(buffer_.data() + taken, used_ - taken), error);
-    taken += count;
-    if (parser_->is_header_done() && !parsed_) {
-      parsed_ = true;
-      if (auto refusal = refusalOf()) return refuseWith(std::move(*refusal));
-    }
-    if (error || count == 0) break;
-  }
+  const size_t taken = parser_.take({buffer_.data(), used_});
   std::memmove(buffer_.data(), buffer_.data() + taken, used_ - taken);
   used_ -= taken;
-  // note: the parser takes fields as they come and does not add them up.
-  if (!parsed_) headTaken_ += taken;
-  if (error && error != http::error::need_more) return refuseWith(refusalOf(error));
-  if (parser_->is_done()) return respond();
-  if (used_ == buffer_.size() || (!parsed_ && headTaken_ + used_ >= limits_.headBytes)) {
-    return refuseWith(parsed_ ? refuse(400, "A chunk's head or the trailer is too long.")
-                              : refuse(431, "The request's header fields are too large."));
-  }
-
-  if (parsed_ && phase_ == Phase::Head) {
+  if (auto refusal = parser_.takeRefusal()) return refuseWith(std::move(*refusal));
+  if (parser_.isWhole()) return respond();
+  if (parser_.hasHead() && phase_ == Phase::Head) {
     phase_ = Phase::Body;
     deadline_ = after(limits_.bodySeconds);
     // A client that asks before it sends the body is told to go on; this fits into any socket's buffer.
-    if (!parser_->get()[http::field::expect].empty()) {
+    if (parser_.expectsContinue()) {
       constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
       [[maybe_unused]] const ssize_t told =
           ::send(socket_.native_handle(), kContinue.data(), kContinue.size(), MSG_NOSIGNAL);
@@ -288,44 +234,11 @@ void Connection::consume() {
   readMore();
 }
 
-/// What the parser lets pass and a careful server does not: above all, requests of which another server on
-/// the way may believe that they end elsewhere (RFC 9112, section 6.3).
-std::optional<HttpResponse> Connection::refusalOf() const {
-  const auto& message = parser_->get();
-  const auto coding = message.find(http::field::transfer_encoding);
-  const bool hasLength = message.count(http::field::content_length) > 0;
-  if (message.count(http::field::content_length) > 1) return refuse(400, "More than one Content-Length.");
-  const auto length = view(message[http::field::content_length]);
-  if (length.find_first_not_of("0123456789") != std::string_view::npos)
-    return refuse(400, "The Content-Length is no number.");
-  if (coding != message.end()) {
-    if (hasLength) return refuse(400, "Both Content-Length and Transfer-Encoding.");
-    if (message.version() < 11) return refuse(400, "Transfer-Encoding in HTTP/1.0.");
-    if (message.count(http::field::transfer_encoding) > 1 ||
-        !boost::beast::iequals(coding->value(), "chunked"))
-      return refuse(501, "The only Transfer-Encoding here is chunked.");
-  }
-  const size_t hosts = message.count(http::field::host);
-  if (hosts > 1 || (hosts == 0 && message.version() >= 11))
-    return refuse(400, "There must be one Host field.");
-  const auto expect = message[http::field::expect];
-  if (!expect.empty() && !boost::beast::iequals(expect, "100-continue"))
-    return refuse(417, "The only expectation here is 100-continue.");
-  return {};
-}
-
-HttpResponse Connection::refusalOf(error_code error) {
-  if (error == http::error::header_limit) return refuse(431, "The request's header fields are too large.");
-  if (error == http::error::body_limit) return refuse(413, "The request's body is too large.");
-  if (error == http::error::bad_version) return refuse(505, "This server speaks HTTP/1.1.");
-  return refuse(400, "This is no HTTP/1.1 request: " + error.message() + ".");
-}
-
 /// A whole request is here.
 void Connection::respond() {
   phase_ = Phase::Working;
-  closeAfter_ = !parser_->keep_alive() || worker_.stopping;
-  const HttpRequest asked = request();
+  closeAfter_ = !parser_.keepsAlive() || worker_.stopping;
+  const HttpRequest asked = parser_.request();
   const auto make = [](HttpHandler& handler, const HttpRequest& what) {
     // note: what is left to be thrown is the system's lack of memory, and that of one request must not end
     // all.
@@ -351,7 +264,7 @@ void Connection::respond() {
   }
   asio::post(*shared_.questions, [self = shared_from_this(), make] {
     --self->shared_.waiting;
-    self->response_ = make(*self->shared_.handler, self->request());
+    self->response_ = make(*self->shared_.handler, self->parser_.request());
     asio::post(self->worker_.io, [self] {
       if (self->phase_ != Phase::Working) return;
       self->buildHead();
@@ -364,7 +277,7 @@ void Connection::respond() {
 void Connection::refuseWith(HttpResponse response) {
   response_ = std::move(response);
   response_.route = Route::Refused;
-  shared_.handler->decorate(request(), response_);
+  shared_.handler->decorate(parser_.request(), response_);
   closeAfter_ = true;
   buildHead();
   send();
@@ -391,7 +304,7 @@ void Connection::buildHead() {
   }
   if (closeAfter_)
     head_ += "Connection: close\r\n";
-  else if (parsed_ && parser_->get().version() < 11)
+  else if (parser_.isOld())
     head_ += "Connection: keep-alive\r\n";
   head_ += "\r\n";
 }
@@ -464,7 +377,7 @@ void Connection::finishAnswer() {
   const double seconds = std::chrono::duration<double>(Clock::now() - begun_).count();
   shared_.metrics->count(response_.route, response_.status, sent_, seconds);
   if (shared_.options.accessLog != nullptr) {
-    const HttpRequest asked = request();
+    const HttpRequest asked = parser_.request();
     shared_.options.accessLog->write({peer_, asked.method.empty() ? "-" : asked.method,
                                       asked.target.empty() ? "-" : asked.target, response_.status, bodyBytes_,
                                       seconds});

@@ -16,7 +16,7 @@ namespace terrane::serve {
 struct QueryLimits {
   size_t points = 10000;  ///< of /elevation; corners of a /profile's line; targets of /line-of-sight are 100
   size_t targets = 100;
-  size_t samples = 20000;   ///< of a profile
+  size_t samples = 20000;  ///< of a profile
   size_t pieces = 500000;  ///< triangles that the lines of a /line-of-sight cross, together
 };
 
