@@ -34,6 +34,11 @@ def at_most(name, value, bar, unit=""):
     return {"name": name, "value": value, "unit": unit, "side": "at most", "bar": bar, "holds": value <= bar}
 
 
+def at_least(name, value, bar, unit=""):
+    """A number that must hold."""
+    return {"name": name, "value": value, "unit": unit, "side": "at least", "bar": bar, "holds": value >= bar}
+
+
 def _cell(value):
     if value is None:
         return "-"

@@ -217,5 +217,27 @@ if [ $? -gt 1 ]; then
   echo "FAILED: a damaged dataset stops the renderer"; failures=$((failures + 1))
 fi
 
+# Serving: what is no dataset, two of one name, addresses that are none or taken, a log that cannot be written.
+fails 1 'nosuch.terrane.*does not exist' "$terrane" serve nosuch.terrane --port 0
+fails 1 'good.tif.*not a dataset' "$terrane" serve good.tif --port 0
+fails 1 'rename' "$terrane" serve good.terrane ./good.terrane --port 0
+fails 1 'nowhere.*no IP address' "$terrane" serve good.terrane --bind nowhere
+fails 1 'cannot listen at 192.0.2.1' "$terrane" serve good.terrane --bind 192.0.2.1 --port 0
+fails 1 'nowhere/access.log.*another file' "$terrane" serve good.terrane --port 0 --access-log nowhere/access.log
+fails 1 '--cache.*size in bytes' "$terrane" serve good.terrane --port 0 --cache much
+fails 2 'port' "$terrane" serve good.terrane --port 99999
+fails 2 'DATASET' "$terrane" serve
+mkfifo printed
+"$terrane" serve good.terrane --port 0 -q >printed &
+server=$!
+read -r url <printed
+port=${url##*:}
+fails 1 'another program listens there.*--port' "$terrane" serve good.terrane --port "${port%/}"
+kill "$server"
+if ! wait "$server"; then
+  echo "FAILED: a server that is asked to end does not end well"; failures=$((failures + 1))
+fi
+rm printed
+
 [ $failures -eq 0 ] && echo "all bad inputs were told apart" || echo "$failures failed"
 [ $failures -eq 0 ]

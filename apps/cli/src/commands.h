@@ -19,6 +19,7 @@ void addBenchCommand(CLI::App& app, CommandContext& context);
 void addBuildCommand(CLI::App& app, CommandContext& context);
 void addInfoCommand(CLI::App& app, CommandContext& context);
 void addRenderCommand(CLI::App& app, CommandContext& context);
+void addServeCommand(CLI::App& app, CommandContext& context);
 void addSynthCommand(CLI::App& app, CommandContext& context);
 void addVerifyCommand(CLI::App& app, CommandContext& context);
 

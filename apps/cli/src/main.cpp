@@ -13,6 +13,7 @@ constexpr const char* kExamples =
     "  terrane build dem.tif -o alps.terrane     make a dataset from a GeoTIFF\n"
     "  terrane info alps.terrane                 say what is in it\n"
     "  terrane render alps.terrane -o alps.png   draw it\n"
+    "  terrane serve alps.terrane                serve it over HTTP\n"
     "  terrane verify alps.terrane               check every byte of it\n"
     "\n"
     "`terrane COMMAND --help` explains a command.";
@@ -36,6 +37,7 @@ int main(int argc, char** argv) {
   addBuildCommand(app, context);
   addInfoCommand(app, context);
   addRenderCommand(app, context);
+  addServeCommand(app, context);
   addSynthCommand(app, context);
   addVerifyCommand(app, context);
   addBenchCommand(app, context);

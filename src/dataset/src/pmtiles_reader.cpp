@@ -140,18 +140,24 @@ PmtilesReader::~PmtilesReader() = default;
 PmtilesReader::PmtilesReader(PmtilesReader&&) noexcept = default;
 PmtilesReader& PmtilesReader::operator=(PmtilesReader&&) noexcept = default;
 
-Result<std::optional<std::vector<uint8_t>>> PmtilesReader::read(TileId id) const {
-  using Bytes = std::optional<std::vector<uint8_t>>;
-  if (!id.valid()) return Bytes{};
+std::optional<PmtilesPlace> PmtilesReader::find(TileId id) const {
+  if (!id.valid()) return {};
   const uint64_t number = pmtilesId(id);
   const auto after =
       std::upper_bound(state_->entries.begin(), state_->entries.end(), number,
                        [](uint64_t value, const PmtilesEntry& entry) { return value < entry.id; });
-  if (after == state_->entries.begin()) return Bytes{};
+  if (after == state_->entries.begin()) return {};
   const PmtilesEntry& entry = *(after - 1);
-  if (number >= entry.id + entry.runLength) return Bytes{};
-  std::vector<uint8_t> bytes(entry.length);
-  TERRANE_TRY(state_->file.read(state_->header.tileData.offset + entry.offset, bytes));
+  if (number >= entry.id + entry.runLength) return {};
+  return PmtilesPlace{number, state_->header.tileData.offset + entry.offset, entry.length};
+}
+
+Result<std::optional<std::vector<uint8_t>>> PmtilesReader::read(TileId id) const {
+  using Bytes = std::optional<std::vector<uint8_t>>;
+  const auto place = find(id);
+  if (!place) return Bytes{};
+  std::vector<uint8_t> bytes(place->bytes);
+  TERRANE_TRY(state_->file.read(place->offset, bytes));
   return Bytes{std::move(bytes)};
 }
 

@@ -1,8 +1,9 @@
 #include "terrane/engine/elevation_query.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "cell_height.h"
 
 namespace terrane {
 
@@ -31,26 +32,7 @@ Result<std::optional<double>> ElevationQuery::heightAt(glm::dvec2 local) {
     TERRANE_TRY(pool_.load(next));
   }
 
-  // The triangle under the place: cells are cut along the diagonal that joins their even corners.
-  const TileSamples& samples = pool_.find(id)->samples;
-  const int col = std::clamp(static_cast<int>(cell.x), 0, kTileCells - 1);
-  const int row = std::clamp(static_cast<int>(cell.y), 0, kTileCells - 1);
-  const double u = cell.x - col, v = cell.y - row;
-  std::array<double, 4> h{};
-  for (int corner = 0; corner < 4; ++corner) {
-    const auto at = static_cast<size_t>((row + (corner >> 1)) * kTileSamples + col + (corner & 1));
-    if (samples.states[at] == SampleState::Void) return nothing;
-    h[static_cast<size_t>(corner)] = static_cast<double>(samples.heights[at]);
-  }
-  double height = 0.0;
-  if ((col + row) % 2 == 0) {
-    height =
-        u >= v ? h[0] + u * (h[1] - h[0]) + v * (h[3] - h[1]) : h[0] + v * (h[2] - h[0]) + u * (h[3] - h[2]);
-  } else {
-    height = u + v <= 1.0 ? h[0] + u * (h[1] - h[0]) + v * (h[2] - h[0])
-                          : h[3] + (1.0 - u) * (h[2] - h[3]) + (1.0 - v) * (h[1] - h[3]);
-  }
-  return std::optional<double>(height);
+  return heightInTile(pool_.find(id)->samples, cell);
 }
 
 }  // namespace terrane

@@ -17,8 +17,8 @@ uint64_t pmtilesId(TileId id);
 /// Only for the ids of levels up to kMaxLevel.
 TileId tileIdFromPmtiles(uint64_t pmtilesId);
 
-/// Where the writer put a tile's bytes, in the archive's tile data; where they are those of the tile before,
-/// which is stored once, that one's place.
+/// Where a tile's bytes lie; where they are those of the tile before, which is stored once, that one's place.
+/// The writer counts from the beginning of the archive's tile data, the reader from that of the file.
 struct PmtilesPlace {
   uint64_t id = 0;  ///< pmtilesId() of the tile
   uint64_t offset = 0;
@@ -65,6 +65,8 @@ class PmtilesReader {
 
   /// A tile's bytes, or nothing where the archive has none.
   Result<std::optional<std::vector<uint8_t>>> read(TileId id) const;
+  /// Where in the file a tile's bytes lie, or nothing where the archive has none.
+  std::optional<PmtilesPlace> find(TileId id) const;
   /// All tiles, in the archive's order, and how many they are.
   std::vector<TileId> tiles() const;
   uint64_t tileCount() const;

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <glm/vec2.hpp>
+#include <optional>
+
+#include "terrane/codec/tile.h"
+
+namespace terrane {
+
+/// Heights over one cell of a tile: two triangles, which share the diagonal that joins the even corners.
+struct CellHeights {
+  std::array<double, 4> corners{};  ///< north-west, north-east, south-west, south-east
+  bool evenDiagonal = false;        ///< the diagonal joins north-west and south-east
+
+  /// At (u, v) in [0, 1], u east and v south.
+  double at(double u, double v) const {
+    const auto& h = corners;
+    if (evenDiagonal)
+      return u >= v ? h[0] + u * (h[1] - h[0]) + v * (h[3] - h[1])
+                    : h[0] + v * (h[2] - h[0]) + u * (h[3] - h[2]);
+    return u + v <= 1.0 ? h[0] + u * (h[1] - h[0]) + v * (h[2] - h[0])
+                        : h[3] + (1.0 - u) * (h[2] - h[3]) + (1.0 - v) * (h[1] - h[3]);
+  }
+};
+
+/// The heights of cell (col, row), or nothing where one of its corners is void.
+inline std::optional<CellHeights> cellHeights(const TileSamples& samples, int col, int row) {
+  CellHeights cell;
+  cell.evenDiagonal = (col + row) % 2 == 0;
+  for (int corner = 0; corner < 4; ++corner) {
+    const auto at = static_cast<size_t>((row + (corner >> 1)) * kTileSamples + col + (corner & 1));
+    if (samples.states[at] == SampleState::Void) return {};
+    cell.corners[static_cast<size_t>(corner)] = static_cast<double>(samples.heights[at]);
+  }
+  return cell;
+}
+
+/// The height at a place in the tile's cells, [0, 256] both ways, or nothing where there is no ground.
+inline std::optional<double> heightInTile(const TileSamples& samples, glm::dvec2 place) {
+  const int col = std::clamp(static_cast<int>(place.x), 0, kTileCells - 1);
+  const int row = std::clamp(static_cast<int>(place.y), 0, kTileCells - 1);
+  const auto cell = cellHeights(samples, col, row);
+  if (!cell) return {};
+  return cell->at(place.x - col, place.y - row);
+}
+
+}  // namespace terrane

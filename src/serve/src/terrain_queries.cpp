@@ -1,0 +1,173 @@
+#include "terrain_queries.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "geographic.h"
+#include "line_of_sight.h"
+#include "terrane/engine/surface.h"
+
+namespace terrane::serve {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Answer = QueryResult<std::string>;
+
+/// WGS 84's mean radius: for a line of sight the ellipsoid's two radii differ too little to matter.
+constexpr double kEarthRadiusMeters = 6371008.8;
+
+Json orNull(const std::optional<double>& number) {
+  return number ? Json(*number) : Json(nullptr);
+}
+
+Json pair(glm::dvec2 p) {
+  return Json::array({p.x, p.y});
+}
+
+/// The places of a question in sample coordinates.
+struct Places {
+  std::vector<glm::dvec2> samples;
+  QueryRefusal refusal;  ///< words where one could not be transformed
+};
+
+Places placesOf(const std::vector<glm::dvec2>& points, bool areGeographic, const Frame& frame,
+                Geographic& geographic) {
+  Places out;
+  for (size_t i = 0; i < points.size(); ++i) {
+    glm::dvec2 crs = points[i];
+    if (areGeographic) {
+      const auto projected = geographic.crsFromGeographic(points[i]);
+      if (!projected) {
+        out.refusal = {400, geographic.available()
+                                ? fmt::format("point {}: the dataset's CRS has no place for it", i + 1)
+                                : "this dataset's CRS cannot be related to EPSG:4326; ask in its own CRS"};
+        return out;
+      }
+      crs = *projected;
+    }
+    const glm::dvec3 local = frame.localFromCrs({crs, 0.0});
+    out.samples.push_back(frame.sampleFromLocal(glm::dvec2(local)));
+  }
+  return out;
+}
+
+glm::dvec2 crsFromSample(const Frame& frame, glm::dvec2 sample) {
+  return glm::dvec2(frame.crsFromLocal({frame.localFromSample(sample), 0.0}));
+}
+
+double metersBetween(const Frame& frame, glm::dvec2 a, glm::dvec2 b) {
+  const glm::dvec2 d = frame.localFromSample(b) - frame.localFromSample(a);
+  return std::hypot(d.x, d.y);
+}
+
+Json begin(const Manifest& manifest) {
+  return {{"dataset", manifest.name},
+          {"crs", manifest.crsName},
+          {"verticalDatum", manifest.verticalDatum},
+          {"maxErrorMeters", manifest.maxErrorMeters}};
+}
+
+Result<Json> elevations(Surface& surface, const std::vector<glm::dvec2>& places) {
+  Json heights = Json::array();
+  for (const glm::dvec2 place : places) {
+    TERRANE_ASSIGN(const auto height, surface.heightAt(place));
+    heights.push_back(orNull(height));
+  }
+  return heights;
+}
+
+/// `count` places along a line of straight legs, at equal distances, both ends included.
+Result<Json> profile(Surface& surface, const Frame& frame, const std::vector<glm::dvec2>& corners,
+                     size_t count) {
+  std::vector<double> ends{0.0};  // of the legs, metres from the beginning
+  for (size_t i = 1; i < corners.size(); ++i)
+    ends.push_back(ends.back() + metersBetween(frame, corners[i - 1], corners[i]));
+  Json distances = Json::array(), heights = Json::array();
+  size_t leg = 1;
+  for (size_t i = 0; i < count; ++i) {
+    const bool last = i + 1 == count;
+    const double distance =
+        last ? ends.back() : ends.back() * static_cast<double>(i) / static_cast<double>(count - 1);
+    while (leg + 1 < corners.size() && ends[leg] < distance) ++leg;
+    const double length = ends[leg] - ends[leg - 1];
+    const double share = last ? 1.0 : length > 0.0 ? (distance - ends[leg - 1]) / length : 0.0;
+    const glm::dvec2 place =
+        last ? corners.back() : corners[leg - 1] + share * (corners[leg] - corners[leg - 1]);
+    TERRANE_ASSIGN(const auto height, surface.heightAt(place));
+    distances.push_back(distance);
+    heights.push_back(orNull(height));
+  }
+  return Json{{"lengthMeters", ends.back()}, {"distancesMeters", distances}, {"heightsMeters", heights}};
+}
+
+/// One line of sight. `pieces`: how many triangles the question may still cross.
+Result<QueryResult<Json>> sight(Surface& surface, const Manifest& manifest, const QueryRequest& query,
+                                glm::dvec2 from, glm::dvec2 to, size_t& piecesLeft) {
+  const Frame& frame = manifest.frame;
+  TERRANE_ASSIGN(const auto fromGround, surface.heightAt(from));
+  TERRANE_ASSIGN(const auto toGround, surface.heightAt(to));
+  const double length = metersBetween(frame, from, to);
+  Json out = {{"to", pair(crsFromSample(frame, to))}, {"distanceMeters", length}, {"visible", nullptr}};
+  if (!fromGround || !toGround) {
+    out["reason"] = !fromGround ? "there is no ground at 'from'" : "there is no ground at this end";
+    return QueryResult<Json>{out, {}};
+  }
+
+  const auto pieces = surface.along(from, to, piecesLeft);
+  if (!pieces.ok()) return QueryResult<Json>{{}, {413, pieces.error().message}};
+  piecesLeft -= std::min(piecesLeft, pieces->size());
+
+  SightLine line;
+  line.fromHeight = *fromGround + query.eyeMeters;
+  line.toHeight = *toGround + query.targetMeters;
+  line.lengthMeters = length;
+  line.radiusMeters = query.curvature ? kEarthRadiusMeters / (1.0 - query.refraction) : 0.0;
+  const SightResult result = lookAlong(*pieces, line);
+  out["visible"] = result.visible;
+  out["fromHeightMeters"] = line.fromHeight;
+  out["toHeightMeters"] = line.toHeight;
+  out["clearanceMeters"] = orNull(result.clearanceMeters);
+  // Surface and line may both be off by the bound.
+  out["certain"] = !result.clearanceMeters ||
+                   std::abs(*result.clearanceMeters) > 2.0 * manifest.maxErrorMeters ||
+                   manifest.maxErrorMeters == 0.0;
+  if (result.blockedAt) {
+    out["blockedBy"] = {{"point", pair(crsFromSample(frame, from + *result.blockedAt * (to - from)))},
+                        {"distanceMeters", *result.blockedAt * length},
+                        {"heightMeters", result.blockedHeight}};
+  }
+  return QueryResult<Json>{out, {}};
+}
+
+}  // namespace
+
+Result<QueryResult<std::string>> answerQuery(const QueryRequest& query, SurfaceTiles& tiles,
+                                             Geographic& geographic, const QueryLimits& limits) {
+  const Manifest& manifest = tiles.dataset().manifest();
+  const Places places = placesOf(query.points, query.geographic, manifest.frame, geographic);
+  if (!places.refusal.words.empty()) return Answer{{}, places.refusal};
+  Surface surface(tiles);
+  Json out = begin(manifest);
+  if (query.kind == QueryKind::Elevation) {
+    TERRANE_ASSIGN(out["heightsMeters"], elevations(surface, places.samples));
+  } else if (query.kind == QueryKind::Profile) {
+    TERRANE_ASSIGN(const Json found, profile(surface, manifest.frame, places.samples, query.samples));
+    out.update(found);
+  } else {
+    const Places from = placesOf({query.from}, query.geographic, manifest.frame, geographic);
+    if (!from.refusal.words.empty()) return Answer{{}, {400, "'from': " + from.refusal.words}};
+    out["curvature"] = query.curvature;
+    out["results"] = Json::array();
+    size_t piecesLeft = limits.pieces;
+    for (const glm::dvec2 to : places.samples) {
+      TERRANE_ASSIGN(auto found, sight(surface, manifest, query, from.samples[0], to, piecesLeft));
+      if (!found.value) return Answer{{}, found.refusal};
+      out["results"].push_back(std::move(*found.value));
+    }
+  }
+  return Answer{out.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n", {}};
+}
+
+}  // namespace terrane::serve

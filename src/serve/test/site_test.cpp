@@ -1,0 +1,371 @@
+#include "terrane/serve/site.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "terrane/bake/build.h"
+#include "terrane/bake/source.h"
+#include "terrane/bake/synth.h"
+#include "terrane/engine/elevation_query.h"
+
+namespace terrane::serve {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// One dataset of made-up country with imagery, and the site that serves it.
+class SiteTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new fs::path(fs::temp_directory_path() / ("terrane_site_" + std::to_string(getpid())));
+    fs::create_directories(*folder_);
+    SilentProgress progress;
+    SynthOptions synth;
+    synth.output = (*folder_ / "made.tif").string();
+    synth.colorOutput = (*folder_ / "color.tif").string();
+    synth.cols = synth.rows = 1100;
+    ASSERT_TRUE(synthesize(synth, progress).ok());
+    SourceOptions inputs;
+    inputs.inputs = {synth.output};
+    const auto source = openSource(inputs, progress);
+    ASSERT_TRUE(source.ok()) << source.error().message;
+    BuildOptions options;
+    options.output = (*folder_ / "made.terrane").string();
+    options.attribution = "somebody & <others>";
+    options.imagery.layers.push_back({});
+    options.imagery.layers[0].inputs = {synth.colorOutput};
+    ASSERT_TRUE(buildDataset(**source, options, progress).ok());
+    metrics_ = new Metrics;
+    SiteOptions site;
+    site.datasets = {options.output + "/"};
+    auto opened = Site::open(site, *metrics_);
+    ASSERT_TRUE(opened.ok()) << opened.error().message;
+    site_ = std::move(opened).value().release();
+    base_ = new std::string("/d/made/" + site_->datasets().at(0).hash + "/");
+  }
+  static void TearDownTestSuite() {
+    delete base_;
+    delete site_;
+    delete metrics_;
+    fs::remove_all(*folder_);
+    delete folder_;
+  }
+
+  static HttpResponse get(const std::string& target, HttpRequest fields = {}) {
+    if (fields.method.empty()) fields.method = "GET";
+    fields.target = target;
+    return site_->answer(fields);
+  }
+  static HttpResponse post(const std::string& target, std::string_view body,
+                           std::string_view type = "application/json") {
+    HttpRequest fields;
+    fields.method = "POST";
+    fields.body = body;
+    fields.contentType = type;
+    return get(target, fields);
+  }
+  /// The body as it would be sent.
+  static std::string bodyOf(const HttpResponse& response) {
+    if (!response.file) return response.shared ? *response.shared : response.text;
+    std::string out(response.fileBytes, '\0');
+    EXPECT_EQ(
+        pread(response.file->descriptor(), out.data(), out.size(), static_cast<off_t>(response.fileOffset)),
+        static_cast<ssize_t>(out.size()));
+    return out;
+  }
+  static std::string field(const HttpResponse& response, const std::string& name) {
+    const size_t at = ("\r\n" + response.headers).find("\r\n" + name + ": ");
+    if (at == std::string::npos) return "";
+    const size_t begin = at + name.size() + 2;
+    return response.headers.substr(begin, response.headers.find("\r\n", begin) - begin);
+  }
+  static std::string fileBytes(const std::string& name) {
+    std::ifstream in(*folder_ / "made.terrane" / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  static Json json(const HttpResponse& response) { return Json::parse(bodyOf(response), nullptr, false); }
+
+  static fs::path* folder_;
+  static Metrics* metrics_;
+  static Site* site_;
+  static std::string* base_;
+};
+fs::path* SiteTest::folder_ = nullptr;
+Metrics* SiteTest::metrics_ = nullptr;
+Site* SiteTest::site_ = nullptr;
+std::string* SiteTest::base_ = nullptr;
+
+TEST_F(SiteTest, ListsWhatIsServed) {
+  const Json list = json(get("/datasets.json"));
+  ASSERT_EQ(list["datasets"].size(), 1U);
+  EXPECT_EQ(list["datasets"][0]["name"], "made");
+  EXPECT_EQ(list["datasets"][0]["immutable"], *base_);
+  EXPECT_EQ(bodyOf(get(list["datasets"][0]["manifest"])), fileBytes("manifest.json"));
+  const HttpResponse page = get("/");
+  EXPECT_EQ(page.status, 200);
+  EXPECT_NE(bodyOf(page).find("somebody &amp; &lt;others&gt;"), std::string::npos);
+  EXPECT_EQ(bodyOf(page).find("<others>"), std::string::npos);
+  EXPECT_NE(field(page, "Content-Security-Policy"), "");
+  EXPECT_EQ(bodyOf(get("/healthz")), "ok\n");
+  EXPECT_NE(bodyOf(get("/metrics")).find("terrane_tile_cache_bytes{dataset=\"made\"}"), std::string::npos);
+}
+
+TEST_F(SiteTest, FilesAreThereUnderTheHashForeverAndWithoutItForNow) {
+  for (const std::string& name :
+       {std::string("manifest.json"), std::string("elevation.pmtiles"), std::string("imagery.pmtiles")}) {
+    const HttpResponse fixed = get(*base_ + name), moving = get("/d/made/" + name);
+    EXPECT_EQ(fixed.status, 200) << name;
+    EXPECT_EQ(bodyOf(fixed), fileBytes(name)) << name;
+    EXPECT_EQ(bodyOf(moving), fileBytes(name)) << name;
+    EXPECT_NE(field(fixed, "Cache-Control").find("immutable"), std::string::npos);
+    EXPECT_EQ(field(moving, "Cache-Control"), "no-cache");
+    EXPECT_EQ(field(fixed, "ETag").front(), '"');
+  }
+  EXPECT_EQ(field(get(*base_ + "elevation.pmtiles"), "Accept-Ranges"), "bytes");
+  // Another version is not this one.
+  std::string other = *base_;
+  other[10] = other[10] == '0' ? '1' : '0';
+  const HttpResponse gone = get(other + "elevation.pmtiles");
+  EXPECT_EQ(gone.status, 404);
+  EXPECT_NE(bodyOf(gone).find("/d/made/manifest.json again"), std::string::npos);
+}
+
+TEST_F(SiteTest, RangesAndPreconditions) {
+  const std::string target = *base_ + "elevation.pmtiles", whole = fileBytes("elevation.pmtiles");
+  const std::string etag = field(get(target), "ETag");
+  HttpRequest fields;
+  fields.range = "bytes=7-106";
+  HttpResponse part = get(target, fields);
+  EXPECT_EQ(part.status, 206);
+  EXPECT_EQ(bodyOf(part), whole.substr(7, 100));
+  EXPECT_EQ(field(part, "Content-Range"), "bytes 7-106/" + std::to_string(whole.size()));
+  fields.range = "bytes=-100";
+  EXPECT_EQ(bodyOf(get(target, fields)), whole.substr(whole.size() - 100));
+  fields.range = "bytes=99999999999999999999-";
+  part = get(target, fields);
+  EXPECT_EQ(part.status, 416);
+  EXPECT_EQ(field(part, "Content-Range"), "bytes */" + std::to_string(whole.size()));
+  fields.range = "bytes=0-1,5-6";
+  EXPECT_EQ(get(target, fields).status, 200);
+
+  // If-Range: the same file gives the part, another the whole; a date is no entity tag of ours.
+  fields.range = "bytes=7-106";
+  fields.ifRange = etag;
+  EXPECT_EQ(get(target, fields).status, 206);
+  for (const std::string& changed :
+       {std::string("\"changed\""), "W/" + etag, std::string("Wed, 21 Oct 2015 07:28:00 GMT")}) {
+    fields.ifRange = changed;
+    EXPECT_EQ(get(target, fields).status, 200) << changed;
+    EXPECT_EQ(get(target, fields).fileBytes, whole.size());
+  }
+  fields.method = "HEAD";
+  fields.ifRange = {};
+  EXPECT_EQ(get(target, fields).status, 200);
+  EXPECT_TRUE(get(target, fields).headOnly);
+
+  HttpRequest known;
+  known.ifNoneMatch = etag;
+  EXPECT_EQ(get(target, known).status, 304);
+  EXPECT_EQ(field(get(target, known), "ETag"), etag);
+  known.ifNoneMatch = "\"another\"";
+  EXPECT_EQ(get(target, known).status, 200);
+  HttpRequest must;
+  must.ifMatch = "\"another\"";
+  EXPECT_EQ(get(target, must).status, 412);
+  must.ifMatch = etag;
+  EXPECT_EQ(get(target, must).status, 200);
+}
+
+TEST_F(SiteTest, TextsAreCompressedWhereThatIsAccepted) {
+  HttpRequest fields;
+  fields.acceptEncoding = "gzip, br";
+  const HttpResponse packed = get("/d/made/manifest.json", fields);
+  EXPECT_EQ(field(packed, "Content-Encoding"), "gzip");
+  EXPECT_EQ(field(packed, "Vary"), "Accept-Encoding");
+  EXPECT_NE(field(packed, "ETag"), field(get("/d/made/manifest.json"), "ETag"));
+  EXPECT_LT(packed.bodyBytes(), fileBytes("manifest.json").size());
+  std::string out(1 << 20, '\0'), in = bodyOf(packed);
+  z_stream stream{};
+  ASSERT_EQ(inflateInit2(&stream, 31), Z_OK);
+  stream.next_in = reinterpret_cast<Bytef*>(in.data());
+  stream.avail_in = static_cast<uInt>(in.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  ASSERT_EQ(inflate(&stream, Z_FINISH), Z_STREAM_END);
+  out.resize(stream.total_out);
+  inflateEnd(&stream);
+  EXPECT_EQ(out, fileBytes("manifest.json"));
+  fields.ifNoneMatch = "\"nothing\"";
+  EXPECT_EQ(field(get(*base_ + "elevation.pmtiles", fields), "Content-Encoding"), "");
+}
+
+TEST_F(SiteTest, EveryStoredTileIsTheArchivesBytes) {
+  const auto dataset = Dataset::open((*folder_ / "made.terrane").string());
+  ASSERT_TRUE(dataset.ok());
+  for (const bool imagery : {false, true}) {
+    const auto ids = imagery ? dataset->imageryTiles(0) : dataset->elevationTiles();
+    ASSERT_GT(ids.size(), 4U);
+    for (const TileId id : ids) {
+      const auto stored = imagery ? dataset->readImagery(0, id) : dataset->readElevation(id);
+      const HttpResponse response =
+          get(*base_ + (imagery ? "imagery/imagery/" : "elevation/") + toString(id));
+      ASSERT_EQ(response.status, 200) << toString(id);
+      ASSERT_EQ(bodyOf(response), std::string((*stored)->begin(), (*stored)->end())) << toString(id);
+    }
+  }
+  // What the pyramid has and the archive does not; what no pyramid has; what is no address.
+  const int finest = dataset->manifest().frame.finestLevel;
+  const int last = (1 << finest) - 1;
+  const TileId corner{finest, last, last};
+  ASSERT_FALSE(dataset->readElevation(corner)->has_value());
+  EXPECT_EQ(get(*base_ + "elevation/" + toString(corner)).status, 204);
+  EXPECT_EQ(get(*base_ + "elevation/21/0/0").status, 404);
+  EXPECT_EQ(get(*base_ + "elevation/1/2/0").status, 404);
+  EXPECT_EQ(get(*base_ + "elevation/99999999999/0/0").status, 400);
+  EXPECT_EQ(get(*base_ + "elevation/-1/0/0").status, 400);
+  EXPECT_EQ(get(*base_ + "elevation/1/x/0").status, 400);
+  EXPECT_EQ(get(*base_ + "imagery/absent/0/0/0").status, 404);
+  EXPECT_EQ(get("/d/made/elevation/0/0/0").status, 404);
+}
+
+TEST_F(SiteTest, AnswersQuestionsAtFullResolution) {
+  const auto dataset = Dataset::open((*folder_ / "made.terrane").string());
+  ASSERT_TRUE(dataset.ok());
+  const Frame& frame = dataset->manifest().frame;
+  ElevationQuery query(*dataset);
+  const std::vector<glm::dvec2> places = {
+      {500000.0, 6700000.0}, {501234.5, 6699001.25}, {497000.0, 6702345.6}, {100.0, 100.0}};
+  std::string list, array;
+  for (const glm::dvec2 p : places) {
+    list += fmt::format("{}{},{}", list.empty() ? "" : ";", p.x, p.y);
+    array += fmt::format("{}[{},{}]", array.empty() ? "" : ",", p.x, p.y);
+  }
+  for (const HttpResponse& response :
+       {get("/d/made/elevation?points=" + list), get(*base_ + "elevation?points=" + list),
+        post("/d/made/elevation", "{\"points\":[" + array + "]}")}) {
+    ASSERT_EQ(response.status, 200) << bodyOf(response);
+    const Json answer = json(response);
+    EXPECT_EQ(answer["maxErrorMeters"].get<double>(), dataset->manifest().maxErrorMeters);
+    ASSERT_EQ(answer["heightsMeters"].size(), places.size());
+    for (size_t i = 0; i + 1 < places.size(); ++i) {
+      const auto expected = query.heightAt(glm::dvec2(frame.localFromCrs({places[i], 0.0})));
+      EXPECT_NEAR(answer["heightsMeters"][i].get<double>(), **expected, 1e-9);
+    }
+    EXPECT_TRUE(answer["heightsMeters"][3].is_null());
+  }
+  // E 500000 N 6700000 in UTM 32 is 9 E on the central meridian.
+  const Json here = json(get("/d/made/elevation?points=500000,6700000"));
+  const Json geographic = json(get("/d/made/elevation?points=9,60.4362771947&crs=EPSG:4326"));
+  EXPECT_NEAR(geographic["heightsMeters"][0].get<double>(), here["heightsMeters"][0].get<double>(), 0.01);
+  EXPECT_TRUE(
+      json(get("/d/made/elevation?points=60.4362771947,9&crs=EPSG:4326"))["heightsMeters"][0].is_null());
+
+  const Json profile =
+      json(get("/d/made/profile?points=498000,6698000;502000,6698000;502000,6701000&samples=8"));
+  EXPECT_NEAR(profile["lengthMeters"].get<double>(), 7000.0, 1e-9);
+  ASSERT_EQ(profile["distancesMeters"].size(), 8U);
+  EXPECT_NEAR(profile["distancesMeters"][5].get<double>(), 5000.0, 1e-9);
+  const auto corner = query.heightAt(glm::dvec2(frame.localFromCrs({502000.0, 6699000.0, 0.0})));
+  EXPECT_NEAR(profile["heightsMeters"][5].get<double>(), **corner, 1e-9);
+
+  const Json sight = json(get(
+      "/d/made/line-of-sight?from=498000,6698000&to=502000,6701000;498010,6698010;1,1&eye=3000&target=3000"));
+  ASSERT_EQ(sight["results"].size(), 3U);
+  EXPECT_EQ(sight["results"][0]["visible"], true);
+  EXPECT_NEAR(sight["results"][0]["distanceMeters"].get<double>(), 5000.0, 1e-9);
+  EXPECT_GT(sight["results"][1]["clearanceMeters"].get<double>(), 2900.0);
+  EXPECT_TRUE(sight["results"][2]["visible"].is_null());
+  // Through a hill: against the surface, step by step.
+  const Json low = json(get("/d/made/line-of-sight?from=497600,6697600&to=502400,6702400"));
+  const Json& result = low["results"][0];
+  double clearance = 1e9;
+  for (int i = 1; i < 20000; ++i) {
+    const double t = i / 20000.0;
+    const auto h =
+        query.heightAt(glm::dvec2(frame.localFromCrs({497600.0 + t * 4800.0, 6697600.0 + t * 4800.0, 0.0})));
+    if (!h.ok() || !*h) continue;
+    const double line =
+        result["fromHeightMeters"].get<double>() * (1.0 - t) + result["toHeightMeters"].get<double>() * t;
+    clearance = std::min(clearance, line - **h);
+  }
+  EXPECT_NEAR(result["clearanceMeters"].get<double>(), std::min(clearance, 0.0), 0.5);
+  EXPECT_EQ(result["visible"].get<bool>(), clearance >= 0.0);
+}
+
+TEST_F(SiteTest, RefusesInWords) {
+  const auto refuses = [](const HttpResponse& response, int status) {
+    EXPECT_EQ(response.status, status) << bodyOf(response);
+    EXPECT_GT(bodyOf(response).size(), 10U);
+    EXPECT_EQ(field(response, "Cache-Control"), "no-store");
+  };
+  for (const char* path :
+       {"/etc/passwd", "/d", "/d/", "/d/none/manifest.json", "/d/made", "/d/made/", "/d/made/manifest.json/",
+        "/d/made/made.tif", "/d/made.terrane/manifest.json", "/d/made/manifest.json.part", "/favicon.ico",
+        "/d/%252e%252e/made.tif", "/healthz/"})
+    refuses(get(path), 404);
+  for (const char* path : {"/d/made/../made.tif", "/d/made/%2e%2e/made.tif", "/d/made/..%2fmade.tif",
+                           "/d/made/%00", "/d/made/elevation?points=1,2&points=3,4", "/d/made/elevation",
+                           "/d/made/elevation?points=a", "/d/made/profile?points=1,2"})
+    refuses(get(path), 400);
+  refuses(post("/d/made/elevation", "{"), 400);
+  refuses(post("/d/made/elevation?points=1,2", "{\"points\":[[1,2]]}"), 400);
+  refuses(post("/d/made/elevation", "points=1,2", "application/x-www-form-urlencoded"), 415);
+  refuses(get("/d/made/profile?points=1,2;3,4&samples=1000000"), 413);
+  for (const char* method : {"PUT", "DELETE", "POST", "PATCH", "TRACE", "CONNECT", "get"}) {
+    HttpRequest fields;
+    fields.method = method;
+    const HttpResponse response = get("/d/made/manifest.json", fields);
+    refuses(response, 405);
+    EXPECT_EQ(field(response, "Allow"), "GET, HEAD, OPTIONS");
+  }
+}
+
+TEST_F(SiteTest, CorsOnlyWhereItWasAskedFor) {
+  HttpRequest fields;
+  fields.method = "OPTIONS";
+  fields.origin = "https://example.org";
+  EXPECT_EQ(field(get("/d/made/manifest.json", fields), "Access-Control-Allow-Origin"), "");
+
+  SiteOptions options;
+  options.datasets = {(*folder_ / "made.terrane").string()};
+  for (const std::string& origin : {std::string("*"), std::string("https://example.org")}) {
+    options.corsOrigin = origin;
+    const auto site = Site::open(options, *metrics_);
+    ASSERT_TRUE(site.ok());
+    fields.method = "OPTIONS";
+    fields.target = "/d/made/elevation.pmtiles";
+    fields.origin = "https://example.org";
+    HttpResponse response = (*site)->answer(fields);
+    EXPECT_EQ(response.status, 204);
+    EXPECT_EQ(field(response, "Access-Control-Allow-Origin"), origin);
+    EXPECT_NE(field(response, "Access-Control-Allow-Headers").find("Range"), std::string::npos);
+    fields.method = "GET";
+    response = (*site)->answer(fields);
+    for (const char* name : {"Content-Range", "ETag", "Accept-Ranges", "Content-Length"})
+      EXPECT_NE(field(response, "Access-Control-Expose-Headers").find(name), std::string::npos);
+    fields.origin = "https://elsewhere.org";
+    EXPECT_EQ(field((*site)->answer(fields), "Access-Control-Allow-Origin"), origin == "*" ? "*" : "");
+  }
+}
+
+TEST_F(SiteTest, SaysWhatCannotBeServed) {
+  SiteOptions options;
+  options.datasets = {(*folder_ / "absent.terrane").string()};
+  auto site = Site::open(options, *metrics_);
+  ASSERT_FALSE(site.ok());
+  EXPECT_NE(site.error().message.find("absent.terrane"), std::string::npos);
+  options.datasets = {(*folder_ / "made.terrane").string(), (*folder_ / "made.terrane").string()};
+  site = Site::open(options, *metrics_);
+  ASSERT_FALSE(site.ok());
+  EXPECT_NE(site.error().message.find("rename"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace terrane::serve
