@@ -1,8 +1,10 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "fuzz_tiles.h"
+#include "payload_check.h"
 #include "terrane/base/check.h"
 #include "terrane/codec/elevation_codec.h"
 
@@ -15,7 +17,15 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const TileSamples* parentSamples = (data[0] & 1) != 0 ? &parent.samples : nullptr;
   const int quadrant = parentSamples != nullptr ? data[0] >> 1 & 3 : 0;
 
-  const Result<Tile> tile = decodeTile(std::span(data + 1, size - 1), parentSamples, quadrant, kFuzzScale);
+  // The check would keep out all that is not a whole payload: it is made right.
+  std::vector<uint8_t> payload(data + 1, data + size);
+  if (payload.size() >= kCheckedFrom) sealPayload(payload);
+  if (parentSamples == nullptr) {
+    const Result<Tile> sketch = decodeRootBeginning(payload, kFuzzScale);
+    if (sketch.ok())
+      for (const float height : sketch->samples.heights) TERRANE_CHECK(std::isfinite(height));
+  }
+  const Result<Tile> tile = decodeTile(payload, parentSamples, quadrant, kFuzzScale);
   if (!tile.ok()) return 0;
 
   // What was accepted is a tile like any other: it can be written and read again.

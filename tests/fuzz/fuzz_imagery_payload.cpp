@@ -1,13 +1,16 @@
 #include <cstdint>
-#include <span>
+#include <vector>
 
+#include "payload_check.h"
 #include "terrane/base/check.h"
 #include "terrane/codec/imagery_codec.h"
 
 /// The input is a payload, or the beginning of one.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace terrane;
-  const std::span<const uint8_t> payload(data, size);
+  // The check would keep out all that is not a whole payload: it is made right.
+  std::vector<uint8_t> payload(data, data + size);
+  if (payload.size() >= kCheckedFrom) sealPayload(payload);
   const Result<ImageryTile> whole = decodeImagery(payload);
   const Result<ImageryTile> prefix = decodeImageryPrefix(payload);
   if (!whole.ok()) return 0;

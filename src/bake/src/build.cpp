@@ -105,7 +105,7 @@ Result<uint64_t> writeArchive(const std::string& path, TileEncoder& encoder, con
         return WrittenTile{place, copied[static_cast<size_t>(i)]};
       });
   TERRANE_TRY(done);
-  TERRANE_TRY(writer->finish(R"({"name":"elevation","format":"terrane elevation payload 3"})"));
+  TERRANE_TRY(writer->finish(R"({"name":"elevation","format":"terrane elevation payload 4"})"));
   return static_cast<uint64_t>(std::count(copied.begin(), copied.end(), 1));
 }
 
@@ -128,7 +128,7 @@ Result<std::string> hashOnce(const std::string& path, const std::string& stage, 
 std::string describePlan(const SourcePlan& plan, const ImageryPlan& imagery, const BuildOptions& options,
                          const std::string& name, const std::string& base) {
   std::string text = fmt::format(
-      "terrane {} work 2 dataset {} payload 3\nname {}\noptions {}\nattribution {}\ncrs {}\norigin {:.17g} "
+      "terrane {} work 2 dataset {} payload 4\nname {}\noptions {}\nattribution {}\ncrs {}\norigin {:.17g} "
       "{:.17g} "
       "spacing {:.17g} {:.17g} level {} extent {} {}\nstep {:.17g} offset {:.17g} error {:.17g} {}\n",
       TERRANE_VERSION, Manifest::kFormatVersion, name, options.optionsText, options.attribution, plan.crsWkt,

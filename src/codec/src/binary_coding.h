@@ -12,7 +12,7 @@
 
 /// Yes-or-no answers whose odds are learned while they are read: a binary arithmetic coder, models that
 /// follow what they have seen, and a mixer that weighs several models by how well they have done
-/// (docs/format/elevation-v3.md, "Answers"). Whole numbers only: the same on every machine.
+/// (docs/format/elevation-v4.md, "Answers"). Whole numbers only: the same on every machine.
 ///
 /// Coders come as a pair with the same face, so that what is asked in which context is written once, for both
 /// ways: code(chance, answer) takes the answer or gives it.

@@ -9,7 +9,7 @@
 #include "terrane/base/result.h"
 
 /// How a payload's parts become bytes: little-endian numbers, varints and sections (squeezed by zstd where
-/// that makes them smaller). docs/format/elevation-v3.md specifies them.
+/// that makes them smaller). docs/format/elevation-v4.md specifies them.
 namespace terrane {
 
 class ByteWriter {

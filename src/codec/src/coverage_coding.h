@@ -8,7 +8,7 @@
 #include "terrane/codec/tile.h"
 
 /// A tile's coverage <-> a segment of answers, where it does not follow from the samples' states
-/// (docs/format/elevation-v3.md, "Coverage").
+/// (docs/format/elevation-v4.md, "Coverage").
 namespace terrane {
 
 /// Which cells have four corners that are ground.

@@ -9,19 +9,23 @@
 #include "coverage_coding.h"
 #include "node_coding.h"
 #include "parent_samples.h"
+#include "payload_check.h"
 #include "rans.h"
 #include "sample_coding.h"
 #include "sample_lattice.h"
 #include "terrane/base/check.h"
 
-// docs/format/elevation-v3.md specifies every byte that is written and read here.
+// docs/format/elevation-v4.md specifies every byte that is written and read here.
 namespace terrane {
 namespace {
 
-constexpr uint8_t kVersion = 3;
+constexpr uint8_t kVersion = 4;
 constexpr uint8_t kFlagRoot = 1;
 
 enum class CoverageMode : uint8_t { None = 0, Full = 1, FromCorners = 2, Bitmap = 3 };
+
+/// The finest half-size that a beginning of a root tile may lack: without it there is nothing to recognise.
+constexpr int kCoarsestBeginning = 8;
 
 constexpr std::array<int, 4> kCorners = {0, kTileCells, kTileCells* kTileSamples, kTileSampleCount - 1};
 
@@ -164,30 +168,115 @@ void writeCorners(const TileSamples& samples, const ElevationScale& scale, ByteW
   }
 }
 
+/// Passes over one segment of answers or of numbers. Error: it is not whole.
+Status skipSegment(std::span<const uint8_t> payload, size_t& at, bool isAnswers) {
+  size_t used = 0;
+  const auto rest = payload.subspan(at);
+  const auto fail = [&](const Error& error) {
+    return makeError("segment at byte {}: {}", at, error.message);
+  };
+  if (isAnswers) {
+    if (const auto segment = BinaryReader::open(rest, used); !segment.ok()) return fail(segment.error());
+  } else {
+    if (const auto segment = SegmentReader::open(rest, used); !segment.ok()) return fail(segment.error());
+  }
+  at += used;
+  return {};
+}
+
+/// Passes over the segments of one lattice level: of quad-centres, then of edge-centres.
+Status skipLevel(std::span<const uint8_t> payload, size_t& at, const OwnStates& states) {
+  for (int i = 0; i < 2; ++i) {
+    if (states.hasAnswers()) TERRANE_TRY(skipSegment(payload, at, true));
+    if (states.hasNumbers()) TERRANE_TRY(skipSegment(payload, at, false));
+  }
+  return {};
+}
+
 /// Do exactly these segments follow: of samples, so many levels; of coverage; of nodes?
 Status checkSegments(std::span<const uint8_t> payload, size_t start, const OwnStates& states, int levels,
                      bool hasCoverage) {
-  const auto skip = [&](bool isAnswers) -> Status {
-    size_t used = 0;
-    const auto rest = payload.subspan(start);
-    if (isAnswers) {
-      const auto segment = BinaryReader::open(rest, used);
-      if (!segment.ok()) return makeError("segment at byte {}: {}", start, segment.error().message);
-    } else {
-      const auto segment = SegmentReader::open(rest, used);
-      if (!segment.ok()) return makeError("segment at byte {}: {}", start, segment.error().message);
-    }
-    start += used;
-    return {};
-  };
-  for (int i = 0; i < 2 * levels; ++i) {
-    if (states.hasAnswers()) TERRANE_TRY(skip(true));
-    if (states.hasNumbers()) TERRANE_TRY(skip(false));
-  }
-  if (hasCoverage) TERRANE_TRY(skip(true));
-  TERRANE_TRY(skip(true));
+  for (int i = 0; i < levels; ++i) TERRANE_TRY(skipLevel(payload, start, states));
+  if (hasCoverage) TERRANE_TRY(skipSegment(payload, start, true));
+  TERRANE_TRY(skipSegment(payload, start, true));
   if (start != payload.size()) return makeError("byte {}: {} bytes too many", start, payload.size() - start);
   return {};
+}
+
+/// What a payload says before its segments.
+struct Head {
+  CoverageMode coverageMode = CoverageMode::None;
+  OwnStates states;
+};
+
+Status readVersion(ByteReader& in) {
+  TERRANE_ASSIGN(const uint8_t version, in.byte());
+  if (version > kVersion) {
+    return makeError("byte 0: payload version {}, this program reads {}: update Terrane", version, kVersion);
+  }
+  if (version == 0) return makeError("byte 0: payload version 0 does not exist");
+  if (version != kVersion) {
+    return makeError("byte 0: payload version {}, this program reads {}: build the dataset again", version,
+                     kVersion);
+  }
+  return in.skip(kCheckedFrom - kCheckOffset);
+}
+
+/// Reads what follows version and check, up to the first segment; also what the tile has before its own
+/// samples: its parent's, or the world's four corners.
+Result<Head> readHead(ByteReader& in, const TileSamples* parent, int quadrant, const ElevationScale& scale,
+                      Tile& tile) {
+  const bool isRoot = parent == nullptr;
+  Head head;
+  const size_t flagsStart = in.offset();
+  TERRANE_ASSIGN(const uint8_t flags, in.byte());
+  if (flags >= 8) return makeError("byte {}: unknown flags {:#x}", flagsStart, flags);
+  if (((flags & kFlagRoot) != 0) != isRoot) {
+    return makeError("byte {}: {}", flagsStart,
+                     isRoot ? "not a root tile, and no parent given" : "a root tile, but a parent given");
+  }
+  head.coverageMode = static_cast<CoverageMode>(flags >> 1);
+  const size_t statesStart = in.offset();
+  TERRANE_ASSIGN(const uint8_t stateBits, in.byte());
+  TERRANE_ASSIGN(head.states, statesOfByte(stateBits, statesStart));
+  TERRANE_TRY(readChildren(in, tile.children));
+  if (isRoot) {
+    tile.samples.heights.resize(kTileSampleCount);
+    tile.samples.states.assign(kTileSampleCount, SampleState::Coded);
+    TERRANE_TRY(readCorners(in, scale, tile.samples));
+  } else {
+    copyParentSamples(*parent, quadrant, tile.samples);
+  }
+  return head;
+}
+
+Coverage coverageOf(CoverageMode mode, const std::vector<SampleState>& states) {
+  if (mode == CoverageMode::None) return {};
+  if (mode == CoverageMode::Full) return {Coverage::Kind::Full, {}};
+  return {Coverage::Kind::Partial, coverageFromCorners(states)};
+}
+
+/// Codes that are true of any tile with these children: heights anywhere in their range, and an error of
+/// all of it, rising from level to level.
+TileNodes widestNodes(const std::array<ChildSummary, 4>& children, const ElevationScale& scale) {
+  uint16_t low = 65535, high = 0;
+  for (const ChildSummary& child : children) {
+    low = std::min(low, child.low);
+    high = std::max(high, child.high);
+  }
+  const int finest = scale.codeFromError(low <= high ? scale.rangeUnit * (high - low) : 0.0);
+  const auto codeAt = [&](int nodeLevel) {
+    return static_cast<uint8_t>(std::min(255, finest + kNodeLevels - 1 - nodeLevel));
+  };
+  TileNodes nodes;
+  nodes.low.assign(static_cast<size_t>(tileNodeCount(true)), low);
+  nodes.high.assign(static_cast<size_t>(tileNodeCount(true)), high);
+  for (int level = 0; level < kNodeLevels; ++level)
+    nodes.error.insert(nodes.error.end(), static_cast<size_t>(nodeCount(level)), codeAt(level));
+  for (int k = 5; k <= 7; ++k)
+    for (int level = firstLargeNodeLevel(k, true); level <= lastLargeNodeLevel(k); ++level)
+      nodes.largeError.insert(nodes.largeError.end(), static_cast<size_t>(nodeCount(level)), codeAt(level));
+  return nodes;
 }
 
 }  // namespace
@@ -205,6 +294,7 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
   if (states.hasAnswers()) models = std::make_unique<SampleModels>();
   ByteWriter head;
   head.byte(kVersion);
+  head.uint16(0);  // the check, when all else is there
   head.byte(static_cast<uint8_t>((isRoot ? kFlagRoot : 0) | static_cast<unsigned>(coverageMode) << 1));
   head.byte(byteOfStates(states));
   writeChildren(tile.children, head);
@@ -214,6 +304,7 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
     encodeLevel(tile.samples, s, states, scale, models.get(), out);
   if (coverageMode == CoverageMode::Bitmap) encodeCoverage(tile.samples, out);
   encodeNodes(tile, scale, isRoot, out);
+  sealPayload(out);
   return out;
 }
 
@@ -221,65 +312,62 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
                         const ElevationScale& scale) {
   const bool isRoot = parent == nullptr;
   ByteReader in(payload);
-
-  // The head says what follows.
-  TERRANE_ASSIGN(const uint8_t version, in.byte());
-  if (version > kVersion) {
-    return makeError("byte 0: payload version {}, this program reads {}: update Terrane", version, kVersion);
-  }
-  if (version == 0) return makeError("byte 0: payload version 0 does not exist");
-  if (version != kVersion) {
-    return makeError("byte 0: payload version {}, this program reads {}: build the dataset again", version,
-                     kVersion);
-  }
-  TERRANE_ASSIGN(const uint8_t flags, in.byte());
-  if (flags >= 8) return makeError("byte 1: unknown flags {:#x}", flags);
-  if (((flags & kFlagRoot) != 0) != isRoot) {
-    return makeError("byte 1: {}",
-                     isRoot ? "not a root tile, and no parent given" : "a root tile, but a parent given");
-  }
-  const auto coverageMode = static_cast<CoverageMode>(flags >> 1);
-  TERRANE_ASSIGN(const uint8_t stateBits, in.byte());
-  TERRANE_ASSIGN(const OwnStates states, statesOfByte(stateBits, 2));
-
+  TERRANE_TRY(readVersion(in));
+  TERRANE_TRY(checkPayload(payload));
   Tile tile;
-  TERRANE_TRY(readChildren(in, tile.children));
+  TERRANE_ASSIGN(const Head head, readHead(in, parent, quadrant, scale, tile));
 
-  // What the tile has before its own samples: its parent's, or the world's four corners.
-  if (isRoot) {
-    tile.samples.heights.resize(kTileSampleCount);
-    tile.samples.states.assign(kTileSampleCount, SampleState::Coded);
-    TERRANE_TRY(readCorners(in, scale, tile.samples));
-  } else {
-    copyParentSamples(*parent, quadrant, tile.samples);
-  }
-
-  // All segments are whole before any of them is decoded: what was cut off on its way is refused at once.
+  // All segments are whole before any of them is decoded.
   int levels = 0;
   for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) ++levels;
-  TERRANE_TRY(checkSegments(payload, in.offset(), states, levels, coverageMode == CoverageMode::Bitmap));
+  TERRANE_TRY(
+      checkSegments(payload, in.offset(), head.states, levels, head.coverageMode == CoverageMode::Bitmap));
 
   // Its own samples, coarse to fine.
   std::unique_ptr<SampleModels> models;
-  if (states.hasAnswers()) models = std::make_unique<SampleModels>();
+  if (head.states.hasAnswers()) models = std::make_unique<SampleModels>();
   for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) {
-    const auto used = decodeLevel(payload.subspan(in.offset()), s, states, scale, models.get(), tile.samples);
+    const auto used =
+        decodeLevel(payload.subspan(in.offset()), s, head.states, scale, models.get(), tile.samples);
     if (!used.ok()) return makeError("at byte {}: {}", in.offset(), used.error().message);
     TERRANE_TRY(in.skip(*used));
   }
 
-  tile.samples.coverage = {};
-  if (coverageMode == CoverageMode::Full) tile.samples.coverage.kind = Coverage::Kind::Full;
-  if (coverageMode == CoverageMode::FromCorners)
-    tile.samples.coverage = {Coverage::Kind::Partial, coverageFromCorners(tile.samples.states)};
-  if (coverageMode == CoverageMode::Bitmap) {
+  if (head.coverageMode == CoverageMode::Bitmap) {
     const auto used = decodeCoverage(payload.subspan(in.offset()), tile.samples);
     if (!used.ok()) return makeError("at byte {}: {}", in.offset(), used.error().message);
     TERRANE_TRY(in.skip(*used));
+  } else {
+    tile.samples.coverage = coverageOf(head.coverageMode, tile.samples.states);
   }
   const auto used = decodeNodes(payload.subspan(in.offset()), scale, isRoot, tile);
   if (!used.ok()) return makeError("at byte {}: {}", in.offset(), used.error().message);
   TERRANE_TRY(in.skip(*used));
+  return tile;
+}
+
+Result<Tile> decodeRootBeginning(std::span<const uint8_t> beginning, const ElevationScale& scale) {
+  ByteReader in(beginning);
+  TERRANE_TRY(readVersion(in));
+  Tile tile;
+  TERRANE_ASSIGN(const Head head, readHead(in, nullptr, 0, scale, tile));
+
+  std::unique_ptr<SampleModels> models;
+  if (head.states.hasAnswers()) models = std::make_unique<SampleModels>();
+  int s = kCoarsestHalfSize;
+  for (; s >= 1; s /= 2) {
+    size_t end = in.offset();
+    if (!skipLevel(beginning, end, head.states).ok()) break;
+    const auto used =
+        decodeLevel(beginning.subspan(in.offset()), s, head.states, scale, models.get(), tile.samples);
+    if (!used.ok()) return makeError("at byte {}: {}", in.offset(), used.error().message);
+    TERRANE_TRY(in.skip(*used));
+  }
+  if (s > kCoarsestBeginning)
+    return makeError("byte {}: the beginning of a root tile ends before its coarse levels", beginning.size());
+  for (; s >= 1; s /= 2) interpolateLevel(s, tile.samples);
+  tile.samples.coverage = coverageOf(head.coverageMode, tile.samples.states);
+  tile.nodes = widestNodes(tile.children, scale);
   return tile;
 }
 

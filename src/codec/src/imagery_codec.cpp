@@ -10,14 +10,15 @@
 #include <cstring>
 
 #include "jpeg_image.h"
+#include "payload_check.h"
 #include "terrane/base/check.h"
 
-// docs/format/imagery-v1.md specifies every byte that is written and read here.
+// docs/format/imagery-v2.md specifies every byte that is written and read here.
 namespace terrane {
 
 namespace {
 
-constexpr uint8_t kVersion = 1;
+constexpr uint8_t kVersion = 2;
 constexpr uint8_t kHasMask = 1;
 constexpr size_t kMostScanEnds = 32;
 constexpr size_t kMaskBytes = kImageryTexels;
@@ -68,11 +69,14 @@ struct Head {
 Result<Head> readHead(std::span<const uint8_t> bytes) {
   HeadReader reader(bytes);
   const auto cutShort = [&] { return makeError("imagery payload: its head is cut short or damaged"); };
-  uint8_t version = 0, format = 0, flags = 0, scans = 0;
+  uint8_t version = 0, check = 0, format = 0, flags = 0, scans = 0;
   if (!reader.byte(version)) return cutShort();
   if (version != kVersion)
-    return makeError("imagery payload: has version {}, this program reads {}: update Terrane", version,
-                     kVersion);
+    return makeError("imagery payload: has version {}, this program reads {}: {}", version, kVersion,
+                     version > kVersion ? "update Terrane" : "build the dataset again");
+  // The check is looked at when all of the payload is here.
+  for (size_t i = kCheckOffset; i < kCheckedFrom; ++i)
+    if (!reader.byte(check)) return cutShort();
   if (!reader.byte(format) || !reader.byte(flags) || !reader.byte(scans)) return cutShort();
   const bool jpeg = format == static_cast<uint8_t>(ImageryFormat::Jpeg);
   if (!jpeg && format != static_cast<uint8_t>(ImageryFormat::Webp))
@@ -240,8 +244,11 @@ std::vector<uint8_t> encodeImagery(const ImageryTile& tile, ImageryFormat format
   const std::vector<uint8_t> image = jpeg ? encodeJpeg(source->rgba, quality) : encodeWebp(*source, quality);
   const std::vector<size_t> ends = jpeg ? jpegScanEnds(image) : std::vector<size_t>();
 
-  std::vector<uint8_t> out = {kVersion, static_cast<uint8_t>(format), jpeg && !full ? kHasMask : uint8_t{0},
-                              static_cast<uint8_t>(ends.size())};
+  std::vector<uint8_t> out(kCheckedFrom, 0);
+  out[0] = kVersion;
+  out.push_back(static_cast<uint8_t>(format));
+  out.push_back(jpeg && !full ? kHasMask : 0);
+  out.push_back(static_cast<uint8_t>(ends.size()));
   size_t before = 0;
   for (const size_t end : ends) {
     putVarint(out, end - before);
@@ -253,6 +260,7 @@ std::vector<uint8_t> encodeImagery(const ImageryTile& tile, ImageryFormat format
     out.insert(out.end(), mask.begin(), mask.end());
   }
   out.insert(out.end(), image.begin(), image.end());
+  sealPayload(out);
   return out;
 }
 
@@ -263,6 +271,8 @@ Result<ImageryLayout> imageryLayout(std::span<const uint8_t> beginning) {
 
 Result<ImageryTile> decodeImagery(std::span<const uint8_t> payload) {
   TERRANE_ASSIGN(const Head head, readHead(payload));
+  if (const Status sound = checkPayload(payload); !sound.ok())
+    return makeError("imagery payload: {}", sound.error().message);
   if (head.layout.imageBegin > payload.size()) return makeError("imagery payload: is cut short");
   if (head.layout.format == ImageryFormat::Webp) {
     // note: a RIFF file says how long it is; more or fewer bytes are none of it.

@@ -81,25 +81,29 @@ void copyParentSamples(const TileSamples& parent, int quadrant, TileSamples& chi
   }
 }
 
+void interpolateLevel(int s, TileSamples& samples) {
+  // note: the states' values make "ground" and Interpolated the same number.
+  static_assert(static_cast<int>(SampleState::Void) == 0 && static_cast<int>(SampleState::Interpolated) == 1);
+  float* heights = samples.heights.data();
+  SampleState* states = samples.states.data();
+  const auto isGround = [&](int index) { return states[index] != SampleState::Void ? 1U : 0U; };
+  visitQuadCenters(s, [&](int center, int endA, int endB, int apexA, int apexB) {
+    heights[center] = (heights[endA] + heights[endB]) * 0.5F;
+    const unsigned ground = isGround(endA) & isGround(endB) & isGround(apexA) & isGround(apexB);
+    states[center] = static_cast<SampleState>(ground);
+  });
+  visitEdgeCenters(s, [&](int center, int endA, int endB, int, int) {
+    heights[center] = (heights[endA] + heights[endB]) * 0.5F;
+    states[center] = static_cast<SampleState>(isGround(endA) & isGround(endB));
+  });
+}
+
 TileSamples interpolateSamples(const TileSamples& parent, int quadrant) {
   TileSamples child;
   copyParentSamples(parent, quadrant, child);
   child.coverage = doubleCoverage(parent.coverage, quadrant);
 
-  // note: the states' values make "ground" and Interpolated the same number.
-  static_assert(static_cast<int>(SampleState::Void) == 0 && static_cast<int>(SampleState::Interpolated) == 1);
-  float* heights = child.heights.data();
-  SampleState* states = child.states.data();
-  const auto isGround = [&](int index) { return states[index] != SampleState::Void ? 1U : 0U; };
-  visitQuadCenters(1, [&](int center, int endA, int endB, int apexA, int apexB) {
-    heights[center] = (heights[endA] + heights[endB]) * 0.5F;
-    const unsigned ground = isGround(endA) & isGround(endB) & isGround(apexA) & isGround(apexB);
-    states[center] = static_cast<SampleState>(ground);
-  });
-  visitEdgeCenters(1, [&](int center, int endA, int endB, int, int) {
-    heights[center] = (heights[endA] + heights[endB]) * 0.5F;
-    states[center] = static_cast<SampleState>(isGround(endA) & isGround(endB));
-  });
+  interpolateLevel(1, child);
   return child;
 }
 

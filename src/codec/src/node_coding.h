@@ -8,7 +8,7 @@
 #include "terrane/codec/tile.h"
 
 /// A tile's node codes <-> a segment of entropy-coded differences to what its samples, and the codes before,
-/// let one expect (docs/format/elevation-v3.md, "Nodes").
+/// let one expect (docs/format/elevation-v4.md, "Nodes").
 namespace terrane {
 
 /// A height range is empty in one way only.

@@ -9,7 +9,7 @@
 #include "terrane/base/result.h"
 
 /// The entropy coder under the elevation payload: symbols with fixed probabilities by interleaved rANS, and
-/// plain bits beside them (docs/format/elevation-v3.md, "Segments").
+/// plain bits beside them (docs/format/elevation-v4.md, "Segments").
 ///
 /// The probability tables are the format's own: whole numbers in steps of a quarter octave of their mean
 /// size, by a discrete logistic distribution. Which table a symbol uses follows from what is known before it,

@@ -11,7 +11,7 @@
 #include "void_coding.h"
 
 /// The samples that a tile holds itself <-> segments of entropy-coded symbols, level by level of the lattice
-/// (docs/format/elevation-v3.md, "Samples").
+/// (docs/format/elevation-v4.md, "Samples").
 namespace terrane {
 
 /// Which states a tile's own samples have; what needs not be said of each of them.

@@ -10,7 +10,7 @@
 #include "terrane/codec/tile.h"
 
 /// What the samples that are known let one expect of the next ones: a value, and how far off it may be.
-/// docs/format/elevation-v3.md, "Prediction", has the stencils as pictures and the numbers.
+/// docs/format/elevation-v4.md, "Prediction", has the stencils as pictures and the numbers.
 namespace terrane {
 
 /// The three kinds of new samples of a lattice level, in the order in which they become known.

@@ -8,7 +8,7 @@
 #include "sample_grid.h"
 
 /// Samples of tiles of which some are Interpolated: for each whether it has a height of its own, and if so
-/// its residual, in answers (docs/format/elevation-v3.md, "Sparse tiles").
+/// its residual, in answers (docs/format/elevation-v4.md, "Sparse tiles").
 namespace terrane {
 
 /// What the answers about a tile's samples have taught so far.

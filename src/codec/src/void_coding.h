@@ -10,7 +10,7 @@
 #include "binary_coding.h"
 #include "sample_grid.h"
 
-/// Which samples of a row are void (docs/format/elevation-v3.md, "States").
+/// Which samples of a row are void (docs/format/elevation-v4.md, "States").
 namespace terrane {
 
 /// A bit for each sample of a grid's row, 1 where it is void.

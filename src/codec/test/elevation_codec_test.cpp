@@ -7,6 +7,7 @@
 #include <fstream>
 #include <string>
 
+#include "payload_check.h"
 #include "random_tiles.h"
 
 namespace terrane {
@@ -73,10 +74,16 @@ uint64_t fingerprint(const Tile& tile) {
   return hash;
 }
 
-/// Bytes that version 3 wrote: a root tile and its south-eastern child, small, with every kind of segment.
+/// Bytes that version 4 wrote: a root tile and its south-eastern child, small, with every kind of segment.
 std::vector<uint8_t> storedPayload(const std::string& name) {
-  std::ifstream file(TERRANE_SOURCE_DIR "/src/codec/test/payloads-v3/" + name, std::ios::binary);
+  std::ifstream file(TERRANE_SOURCE_DIR "/src/codec/test/payloads-v4/" + name, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// As if the encoder had written these bytes, so that what lies behind the check is tested too.
+std::vector<uint8_t> resealed(std::vector<uint8_t> bytes) {
+  if (bytes.size() >= kCheckedFrom) sealPayload(bytes);
+  return bytes;
 }
 
 TEST(ElevationCodec, RandomTilesComeBackBitForBit) {
@@ -231,13 +238,16 @@ TEST(ElevationCodec, EveryTruncatedLengthIsAnErrorThatNamesAByte) {
     for (size_t length = 0; length < bytes.size(); ++length) {
       // A copy of its own, so that AddressSanitizer sees the first byte beyond.
       const std::vector<uint8_t> cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length));
-      const auto result = decodeTile(cut, parent, 3, scale);
-      ASSERT_FALSE(result.ok()) << length;
-      ASSERT_NE(result.error().message.find("byte "), std::string::npos) << result.error().message;
+      for (const auto& payload : {cut, resealed(cut)}) {
+        const auto result = decodeTile(payload, parent, 3, scale);
+        ASSERT_FALSE(result.ok()) << length;
+        ASSERT_NE(result.error().message.find("byte "), std::string::npos) << result.error().message;
+      }
     }
     auto longer = bytes;
     longer.push_back(0);
     ASSERT_FALSE(decodeTile(longer, parent, 3, scale).ok());
+    ASSERT_FALSE(decodeTile(resealed(longer), parent, 3, scale).ok());
   }
 }
 
@@ -254,7 +264,8 @@ TEST(ElevationCodec, ChangedBytesNeverCrash) {
     for (size_t at = 0; at < bytes.size(); at += at < 100 ? 1 : 1 + random() % 7) {
       auto changed = bytes;
       changed[at] ^= static_cast<uint8_t>(1 + random() % 255);
-      const auto result = decodeTile(changed, parent, 3, scale);
+      ASSERT_FALSE(decodeTile(changed, parent, 3, scale).ok()) << at;
+      const auto result = decodeTile(resealed(changed), parent, 3, scale);
       if (!result.ok()) {
         ASSERT_NE(result.error().message.find("byte "), std::string::npos);
         continue;
@@ -273,19 +284,19 @@ TEST(ElevationCodec, ContradictionsAreErrors) {
   const auto errorAfter = [&](size_t byte, uint8_t value) {
     auto changed = bytes;
     changed[byte] = value;
-    const auto result = decodeTile(changed, nullptr, 0, scale);
+    const auto result = decodeTile(resealed(changed), nullptr, 0, scale);
     return result.ok() ? std::string("no error") : result.error().message;
   };
-  EXPECT_NE(errorAfter(0, 4).find("update Terrane"), std::string::npos);
-  EXPECT_NE(errorAfter(0, 2).find("build the dataset again"), std::string::npos);
+  EXPECT_NE(errorAfter(0, 5).find("update Terrane"), std::string::npos);
+  EXPECT_NE(errorAfter(0, 3).find("build the dataset again"), std::string::npos);
   EXPECT_NE(errorAfter(0, 1).find("build the dataset again"), std::string::npos);
   EXPECT_NE(errorAfter(0, 0).find("version 0"), std::string::npos);
-  EXPECT_NE(errorAfter(1, 0x81).find("unknown flags"), std::string::npos);
-  EXPECT_NE(errorAfter(1, static_cast<uint8_t>(bytes[1] & ~1)).find("not a root"), std::string::npos);
-  EXPECT_NE(errorAfter(2, 16).find("byte 2"), std::string::npos);
-  EXPECT_NE(errorAfter(3, 0xff).find("unknown state"), std::string::npos);
-  EXPECT_NE(errorAfter(4, 1).find("error code"), std::string::npos);
-  EXPECT_NE(errorAfter(5, 200).find("above its high"), std::string::npos);
+  EXPECT_NE(errorAfter(3, 0x81).find("unknown flags"), std::string::npos);
+  EXPECT_NE(errorAfter(3, static_cast<uint8_t>(bytes[3] & ~1)).find("not a root"), std::string::npos);
+  EXPECT_NE(errorAfter(4, 16).find("byte 4"), std::string::npos);
+  EXPECT_NE(errorAfter(5, 0xff).find("unknown state"), std::string::npos);
+  EXPECT_NE(errorAfter(6, 1).find("error code"), std::string::npos);
+  EXPECT_NE(errorAfter(7, 200).find("above its high"), std::string::npos);
   EXPECT_FALSE(decodeTile(bytes, &root.samples, 0, scale).ok());
 
   // A height beyond 2^24 steps: the same residuals on a parent that is already at the edge.
@@ -299,8 +310,8 @@ TEST(ElevationCodec, ContradictionsAreErrors) {
   EXPECT_NE(result.error().message.find("2^24"), std::string::npos);
 }
 
-// They must decode to the same tile for as long as version 3 is read.
-TEST(ElevationCodec, StoredPayloadsOfVersion3DecodeAsEver) {
+// They must decode to the same tile for as long as version 4 is read.
+TEST(ElevationCodec, StoredPayloadsOfVersion4DecodeAsEver) {
   const ElevationScale scale{};
   const auto root = decodeTile(storedPayload("root"), nullptr, 0, scale);
   ASSERT_TRUE(root.ok()) << root.error().message;
@@ -308,6 +319,78 @@ TEST(ElevationCodec, StoredPayloadsOfVersion3DecodeAsEver) {
   const auto child = decodeTile(storedPayload("child"), &root->samples, 3, scale);
   ASSERT_TRUE(child.ok()) << child.error().message;
   EXPECT_EQ(fingerprint(*child), 9872784697156144357ULL);
+}
+
+TEST(ElevationCodec, BytesThatNobodySealedAreRefused) {
+  const auto bytes = storedPayload("root");
+  for (const size_t at : {kCheckOffset, kCheckOffset + 1, kCheckedFrom, bytes.size() - 1}) {
+    auto changed = bytes;
+    changed[at] ^= 1;
+    const auto result = decodeTile(changed, nullptr, 0, {});
+    ASSERT_FALSE(result.ok());
+    EXPECT_NE(result.error().message.find("damaged"), std::string::npos) << result.error().message;
+  }
+}
+
+TEST(RootBeginning, IsTheTileFromAfar) {
+  for (const RandomTileOptions& kind :
+       {RandomTileOptions{.roughness = 4}, RandomTileOptions{.voidShare = 0.2, .partialCoverage = true},
+        RandomTileOptions{.voidShare = 0.2, .interpolatedShare = 0.4}}) {
+    std::mt19937 random(3);
+    const ElevationScale scale{.heightStep = 0.5};
+    const Tile whole = randomTile(kRoot, nullptr, scale, kind, random);
+    const auto bytes = encodeTile(whole, nullptr, 0, scale);
+    int levelsBefore = 0;
+    bool failedBefore = true;
+    for (size_t length = 0; length <= bytes.size(); length += 1 + length / 50) {
+      const std::vector<uint8_t> cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length));
+      const auto tile = decodeRootBeginning(cut, scale);
+      if (!tile.ok()) {
+        ASSERT_TRUE(failedBefore) << length;
+        ASSERT_NE(tile.error().message.find("byte "), std::string::npos) << tile.error().message;
+        continue;
+      }
+      failedBefore = false;
+      // Some levels are the tile's own, all the rest interpolated.
+      int s = kTileCells;
+      const auto isOwn = [&](int spacing) {
+        for (int y = 0; y < kTileSamples; y += spacing)
+          for (int x = 0; x < kTileSamples; x += spacing) {
+            const auto at = static_cast<size_t>(y * kTileSamples + x);
+            if (tile->samples.heights[at] != whole.samples.heights[at]) return false;
+            if (tile->samples.states[at] != whole.samples.states[at]) return false;
+          }
+        return true;
+      };
+      int levels = 0;
+      while (s >= 1 && isOwn(s)) ++levels, s /= 2;
+      ASSERT_GE(levels, 5) << length;
+      ASSERT_GE(levels, levelsBefore) << length;
+      levelsBefore = levels;
+      ASSERT_EQ(tile->children[2].state, whole.children[2].state);
+      // Claims about nodes hold whatever the rest of the payload says.
+      ASSERT_EQ(tile->nodes.error.size(), whole.nodes.error.size());
+      ASSERT_EQ(tile->nodes.largeError.size(), whole.nodes.largeError.size());
+      for (int i = 1; i < kNodeLevels; ++i)
+        ASSERT_GT(tile->nodes.error[static_cast<size_t>(nodeOffset(i - 1, true))],
+                  tile->nodes.error[static_cast<size_t>(nodeOffset(i, true))]);
+    }
+    EXPECT_EQ(levelsBefore, 9);
+  }
+}
+
+TEST(RootBeginning, ChangedBytesNeverCrash) {
+  std::mt19937 random(7);
+  const auto bytes = storedPayload("root");
+  for (size_t at = 0; at < bytes.size(); at += at < 100 ? 1 : 1 + random() % 7) {
+    auto changed = bytes;
+    changed[at] ^= static_cast<uint8_t>(1 + random() % 255);
+    changed.resize(bytes.size() / 2 + random() % (bytes.size() / 2));
+    const auto tile = decodeRootBeginning(changed, {});
+    if (!tile.ok()) continue;
+    const auto isFinite = [](float height) { return std::isfinite(height); };
+    ASSERT_TRUE(std::all_of(tile->samples.heights.begin(), tile->samples.heights.end(), isFinite));
+  }
 }
 
 }  // namespace

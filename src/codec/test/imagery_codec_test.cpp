@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "payload_check.h"
 #include "random_images.h"
 
 namespace terrane {
@@ -19,6 +20,12 @@ double meanDifference(const ImageryTile& a, const ImageryTile& b) {
     count += 3.0;
   }
   return sum / count;
+}
+
+/// As if the encoder had written these bytes, so that what lies behind the check is tested too.
+std::vector<uint8_t> resealed(std::vector<uint8_t> bytes) {
+  if (bytes.size() >= kCheckedFrom) sealPayload(bytes);
+  return bytes;
 }
 
 class ImageryCodec : public ::testing::TestWithParam<ImageryFormat> {};
@@ -51,25 +58,37 @@ TEST_P(ImageryCodec, EveryTruncatedLengthAndExtraBytesAreErrors) {
     // note: a copy of that size, so that a sanitizer sees reads beyond it.
     const std::vector<uint8_t> cut(payload.begin(), payload.begin() + static_cast<ptrdiff_t>(length));
     ASSERT_FALSE(decodeImagery(cut).ok()) << length;
+    ASSERT_FALSE(decodeImagery(resealed(cut)).ok()) << length;
   }
   auto longer = payload;
   longer.push_back(0);
   EXPECT_FALSE(decodeImagery(longer).ok());
+  EXPECT_FALSE(decodeImagery(resealed(longer)).ok());
 }
 
 TEST_P(ImageryCodec, WrongHeadsAreErrors) {
   const auto payload = encodeImagery(randomImage(3, true), GetParam(), 30);
-  for (size_t at = 0; at < 4; ++at) {
+  for (const size_t at : {0, 3, 4, 5}) {
     for (int value = 0; value < 256; ++value) {
       auto changed = payload;
       changed[at] = static_cast<uint8_t>(value);
       if (changed[at] == payload[at]) continue;
-      ASSERT_FALSE(decodeImagery(changed).ok()) << at << " " << value;
+      ASSERT_FALSE(decodeImagery(resealed(changed)).ok()) << at << " " << value;
     }
   }
   auto newer = payload;
-  newer[0] = 2;
+  newer[0] = 3;
   EXPECT_NE(decodeImagery(newer).error().message.find("update Terrane"), std::string::npos);
+}
+
+TEST_P(ImageryCodec, DamageIsNoticed) {
+  const auto payload = encodeImagery(randomImage(3, true), GetParam(), 30);
+  for (size_t at = kCheckOffset; at < payload.size(); at += 1 + at / 16) {
+    auto changed = payload;
+    changed[at] ^= 16;
+    const auto tile = decodeImagery(changed);
+    ASSERT_FALSE(tile.ok()) << at;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, ImageryCodec, ::testing::Values(ImageryFormat::Jpeg, ImageryFormat::Webp));

@@ -36,29 +36,39 @@ void TileUploads::arrived(const std::vector<TileKey>& news, uint64_t frame) {
 }
 
 void TileUploads::takePrepared() {
-  std::vector<std::pair<TileId, std::shared_ptr<const PreparedTile>>> made;
+  decltype(finished_->made) made;
   {
     const std::lock_guard lock(finished_->mutex);
     made = std::exchange(finished_->made, {});
   }
-  for (auto& [id, prepared] : made) {
-    const auto at = prepared_.find(id);
-    if (at != prepared_.end()) at->second.made = std::move(prepared);
-  }
+  for (auto& [tile, prepared] : made)
+    for (auto& [id, waiting] : prepared_)
+      if (waiting.tile == tile) waiting.made = std::move(prepared);
+}
+
+bool TileUploads::isStale(TileId id) const {
+  const auto at = id.isRoot() ? tiles_.find(id) : tiles_.end();
+  if (at == tiles_.end()) return false;
+  const std::shared_ptr<const Tile> tile = stream_.elevation(id);
+  return tile != nullptr && tile != at->second;
 }
 
 /// Can the tile be uploaded now? If it is decoded and not prepared, that is begun.
 bool TileUploads::isPrepared(TileId id, uint64_t frame) {
   auto at = prepared_.find(id);
+  std::shared_ptr<const Tile> tile = stream_.elevation(id);
+  if (at != prepared_.end() && tile != nullptr && at->second.tile != tile) {
+    prepared_.erase(at);
+    at = prepared_.end();
+  }
   if (at == prepared_.end()) {
-    std::shared_ptr<const Tile> tile = stream_.elevation(id);
     if (tile == nullptr) return false;
     at = prepared_.emplace(id, Prepared{tile, nullptr, frame}).first;
     if (renderer_ == nullptr) return true;
-    workers_.submit([finished = finished_, id, tile] {
+    workers_.submit([finished = finished_, tile] {
       auto made = prepareTile(*tile);
       const std::lock_guard lock(finished->mutex);
-      finished->made.emplace_back(id, std::move(made));
+      finished->made.emplace_back(tile, std::move(made));
     });
     takePrepared();
   }
@@ -85,8 +95,18 @@ Result<int> TileUploads::upload(const std::vector<TileId>& order, uint64_t budge
   const uint64_t bytesEach =
       TerrainRenderer::geometryBytesPerTile() + TerrainRenderer::lightingBytesPerTile();
   int count = 0;
+  if (isStale(TileId{}) && isPrepared(TileId{}, frame)) {
+    const auto prepared = prepared_.find(TileId{});
+    if (renderer_ != nullptr)
+      TERRANE_TRY(renderer_->uploadTile(TileId{}, *prepared->second.tile, prepared->second.made));
+    tiles_[TileId{}] = std::move(prepared->second.tile);
+    prepared_.erase(prepared);
+    ++count;
+  }
+  // note: what was decoded from the whole root does not fit to its sketch.
+  const bool onlyRoot = isStale(TileId{});
   for (const TileId id : order) {
-    if (resident_.has(id) || !isPrepared(id, frame)) continue;
+    if (resident_.has(id) || (onlyRoot && !id.isRoot()) || !isPrepared(id, frame)) continue;
     if (!id.isRoot() && !resident_.has(id.parent())) continue;
     if (count > 0 && static_cast<uint64_t>(count + 1) * bytesEach > budgetBytes) break;
     if (!makeRoom(keepSince)) {
@@ -139,8 +159,9 @@ void TileUploads::need(const Cut& cut, uint64_t frame) {
 }
 
 bool TileUploads::isPending(const std::vector<TileId>& order) const {
-  return std::any_of(order.begin(), order.end(),
-                     [&](TileId id) { return !resident_.has(id) && stream_.elevation(id) != nullptr; });
+  return isStale(TileId{}) || std::any_of(order.begin(), order.end(), [&](TileId id) {
+           return !resident_.has(id) && stream_.elevation(id) != nullptr;
+         });
 }
 
 }  // namespace terrane

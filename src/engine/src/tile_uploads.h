@@ -32,7 +32,7 @@ class TileUploads final : public ResidentTiles {
   void arrived(const std::vector<TileKey>& news, uint64_t frame);
   /// Uploads those of `order` (most urgent first) that are decoded and whose parents are here, within
   /// `budgetBytes`, at least one; parents may be uploaded by the same call. What was needed since the frame
-  /// `keepSince` keeps its place. Returns how many.
+  /// `keepSince` keeps its place. A root that was only sketched is replaced first. Returns how many.
   Result<int> upload(const std::vector<TileId>& order, uint64_t budgetBytes, uint64_t frame,
                      uint64_t keepSince);
   /// Marks what a cut draws from, and what waits for its wishes to be drawn from.
@@ -54,8 +54,10 @@ class TileUploads final : public ResidentTiles {
   };
   struct Finished {
     std::mutex mutex;
-    std::vector<std::pair<TileId, std::shared_ptr<const PreparedTile>>> made;
+    std::vector<std::pair<std::shared_ptr<const Tile>, std::shared_ptr<const PreparedTile>>> made;
   };
+  /// Is the root drawn from a sketch, and something better here?
+  bool isStale(TileId id) const;
   bool isPrepared(TileId id, uint64_t frame);
   void takePrepared();
   bool makeRoom(uint64_t frame);

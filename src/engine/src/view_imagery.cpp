@@ -27,6 +27,7 @@ void ViewImagery::setShown(bool shown) {
     if (renderer_ != nullptr) renderer_->dropImagery(id);
   }
   pictures_.clear();
+  sketched_.clear();
 }
 
 std::vector<ViewImagery::Part> ViewImagery::partsOf(TileId id) const {
@@ -132,9 +133,33 @@ void ViewImagery::refreshNeighbours(TileId id) {
   }
 }
 
+bool ViewImagery::hasSketch(TileId id) const {
+  const std::vector<Part> parts = partsOf(id);
+  return std::any_of(parts.begin(), parts.end(),
+                     [&](const Part& part) { return stream_.isSketch(part.key); });
+}
+
+Status ViewImagery::put(TileId id) {
+  if (renderer_ == nullptr) return {};
+  TERRANE_TRY(renderer_->uploadImagery(id, borderedImagery(id, [this](TileId at) { return composed(at); })));
+  if (composed(id) != nullptr) refreshNeighbours(id);
+  return {};
+}
+
 Result<bool> ViewImagery::upload(uint64_t budgetBytes, uint64_t frame) {
   uint64_t spent = 0;
   bool changed = false;
+  for (auto at = sketched_.begin(); at != sketched_.end();) {
+    std::shared_ptr<const ImageryTile> picture;
+    if (hasSketch(*at) || !compose(*at, picture)) {
+      ++at;
+      continue;
+    }
+    pictures_[*at] = picture;
+    TERRANE_TRY(put(*at));
+    at = sketched_.erase(at);
+    changed = true;
+  }
   // note: by address, so parents come before their children.
   for (const ImageryNeed& need : needs_) {
     if (resident_.has(need.tile) || (!need.tile.isRoot() && !resident_.has(need.tile.parent()))) continue;
@@ -146,15 +171,13 @@ Result<bool> ViewImagery::upload(uint64_t budgetBytes, uint64_t frame) {
       if (!victim) return changed;
       resident_.remove(*victim);
       pictures_.erase(*victim);
+      sketched_.erase(*victim);
       if (renderer_ != nullptr) renderer_->dropImagery(*victim);
     }
     resident_.add(need.tile, frame);
     pictures_[need.tile] = picture;
-    if (renderer_ != nullptr) {
-      TERRANE_TRY(renderer_->uploadImagery(
-          need.tile, borderedImagery(need.tile, [this](TileId at) { return composed(at); })));
-      if (picture != nullptr) refreshNeighbours(need.tile);
-    }
+    if (hasSketch(need.tile)) sketched_.insert(need.tile);
+    TERRANE_TRY(put(need.tile));
     spent += TerrainRenderer::imageryBytesPerTile();
     ++uploaded_;
     changed = true;
@@ -163,11 +186,11 @@ Result<bool> ViewImagery::upload(uint64_t budgetBytes, uint64_t frame) {
 }
 
 bool ViewImagery::isSettled() const {
-  return std::all_of(needs_.begin(), needs_.end(), [&](const ImageryNeed& need) {
-    if (resident_.has(need.tile)) return true;
-    std::shared_ptr<const ImageryTile> picture;
-    return !compose(need.tile, picture) && stream_.isIdle();
-  });
+  return sketched_.empty() && std::all_of(needs_.begin(), needs_.end(), [&](const ImageryNeed& need) {
+           if (resident_.has(need.tile)) return true;
+           std::shared_ptr<const ImageryTile> picture;
+           return !compose(need.tile, picture) && stream_.isIdle();
+         });
 }
 
 }  // namespace terrane

@@ -43,6 +43,9 @@ class ViewImagery {
   };
   std::vector<Part> partsOf(TileId id) const;
   bool hasDeeper(TileId id) const;
+  bool hasSketch(TileId id) const;
+  /// Puts a resident's picture on the GPU, replacing the one before.
+  Status put(TileId id);
   /// The tile's picture if all its parts are here or will not come: null where there is none.
   bool compose(TileId id, std::shared_ptr<const ImageryTile>& out) const;
   const ImageryTile* composed(TileId id) const;
@@ -55,6 +58,7 @@ class ViewImagery {
   ResidentSet resident_;
   std::vector<ImageryNeed> needs_;
   std::unordered_map<TileId, std::shared_ptr<const ImageryTile>, TileIdHash> pictures_;  ///< of residents
+  std::unordered_set<TileId, TileIdHash> sketched_;  ///< residents of which parts were sketches
   uint64_t uploaded_ = 0;
 };
 

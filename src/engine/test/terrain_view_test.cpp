@@ -138,7 +138,7 @@ TEST_F(TerrainViewTest, FaultsAndARestartedServerDelayAndNoMore) {
     const Camera start = cameraAt(1000.0, -12000.0, 600.0);
     seen.settle(start);
     LineFaults faults;
-    faults.busyShare = faults.slowShare = faults.truncatedShare = 0.034;
+    faults.busyShare = faults.slowShare = faults.truncatedShare = faults.corruptShare = 0.025;
     faults.seed = seed;
     faults.outages = {{seen.now + 1.0, seen.now + 4.0}};
     seen.line->setFaults(faults);
@@ -153,6 +153,22 @@ TEST_F(TerrainViewTest, FaultsAndARestartedServerDelayAndNoMore) {
     EXPECT_TRUE(seen.view->isSettled());
     for (const Patch& patch : seen.view->cut().patches) EXPECT_LE(patch.errorPixels, 1.0F);
   }
+}
+
+TEST_F(TerrainViewTest, OverAThinLineSomethingIsSeenAtOnceAndAllOfItInTheEnd) {
+  Seen seen = see({}, {3000.0, 0.05});
+  const Camera camera = cameraAt(1000.0, -16000.0, 9000.0, 8000.0);
+  while (seen.view->phase() == StreamPhase::Opening && seen.now < 60.0) seen.update(camera);
+  const double begun = seen.now;
+  while (seen.view->cut().patches.empty() && seen.now < begun + 60.0) seen.update(camera);
+  EXPECT_LT(seen.now - begun, 3.0);
+  EXPECT_FALSE(seen.view->isSettled());
+  EXPECT_LT(seen.settle(camera, 1200.0), 1200.0);
+  auto terrain = Terrain::open(directory());
+  ASSERT_TRUE(terrain.ok());
+  const auto expected = (*terrain)->selectAndLoad(camera, {});
+  ASSERT_TRUE(expected.ok());
+  EXPECT_EQ(patchesOf(seen.view->cut()), patchesOf(*expected));
 }
 
 TEST_F(TerrainViewTest, OtherPoliciesArriveAtTheSamePicture) {

@@ -123,9 +123,9 @@ void TileShelf::keepWithinBudgets(uint64_t turn) {
   // What nothing is known of any more needs no entry.
   for (auto at = entries_.begin(); at != entries_.end();) {
     const ShelfEntry& entry = at->second;
-    const bool isEmpty = entry.payload == nullptr && !entry.isDecoded() && entry.request == 0 &&
-                         !entry.decoding && entry.failures == 0 && entry.decodedChildren == 0 &&
-                         entry.lastWanted != turn;
+    const bool isEmpty = entry.payload == nullptr && entry.beginning.empty() && !entry.isDecoded() &&
+                         !entry.isSketched() && entry.request == 0 && !entry.decoding &&
+                         entry.failures == 0 && entry.decodedChildren == 0 && entry.lastWanted != turn;
     at = isEmpty ? entries_.erase(at) : std::next(at);
   }
 }

@@ -18,6 +18,9 @@ struct ShelfEntry {
   std::shared_ptr<const std::vector<uint8_t>> payload;  ///< as it came
   std::shared_ptr<const Tile> tile;                     ///< decoded, elevation
   std::shared_ptr<const ImageryTile> picture;           ///< decoded, imagery
+  std::vector<uint8_t> beginning;                       ///< of a root's payload, while the rest is to come
+  std::shared_ptr<const Tile> sketch;                   ///< from that beginning
+  std::shared_ptr<const ImageryTile> pictureSketch;     ///< likewise
   uint64_t request = 0;                                 ///< that will bring it; 0: none
   bool decoding = false;
   bool alone = false;      ///< to be fetched by itself: a request with others failed
@@ -30,6 +33,7 @@ struct ShelfEntry {
   double keepPriority = 0.0;  ///< of the payload, GreedyDual-Size
 
   bool isDecoded() const { return tile != nullptr || picture != nullptr; }
+  bool isSketched() const { return sketch != nullptr || pictureSketch != nullptr; }
 };
 
 /// The tiles that are here, compressed and decoded, within budgets.

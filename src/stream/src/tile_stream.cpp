@@ -26,6 +26,13 @@ constexpr double kRequestBytes = 500.0;
 constexpr int kMostDamaged = 4;
 constexpr int kMostBusy = 10;
 constexpr double kLostSeconds = 60.0;
+/// The part of a root that comes first. So much shows mountains and coasts.
+constexpr uint64_t kFirstPartBytes = 6000;
+/// A part of a root should be here within this.
+constexpr double kPartSeconds = 0.5;
+/// Over a line thinner than that roots come in parts, their beginnings before all else. Of a quick line with
+/// a latency of 0.2 s manifest and directories say twice as much.
+constexpr double kThinBytesPerSecond = 32e3;
 /// Of what a wish is worth at least, per pixel: once all else is here, targets are met as well.
 constexpr double kLeastWorth = 0.01;
 
@@ -41,6 +48,7 @@ struct Made {
   std::shared_ptr<const Tile> tile;
   std::shared_ptr<const ImageryTile> picture;
   std::string problem;
+  bool isSketch = false;
 };
 struct Finished {
   std::mutex mutex;
@@ -130,9 +138,10 @@ class TileStream::State {
   enum class What : uint8_t { Manifest, FirstBytes, Directory, Tiles };
   struct Underway {
     What what = What::Tiles;
-    PlannedRequest plan;        ///< file, bytes
-    std::vector<TileKey> keys;  ///< Tiles
-    std::vector<PmtilesIndex::Place> places;
+    PlannedRequest plan;                      ///< file, bytes
+    std::vector<TileKey> keys;                ///< Tiles
+    std::vector<PmtilesIndex::Place> places;  ///< of these, without what has come before
+    bool isPart = false;                      ///< of the one tile, and not its end
     double started = 0.0;
   };
   /// A wished tile, or an ancestor that it needs, in the order of what it is worth.
@@ -188,14 +197,22 @@ class TileStream::State {
     for (size_t i = 0; i < request.keys.size(); ++i) {
       const TileKey& key = request.keys[i];
       const auto& place = request.places[i];
-      const auto begin = bytes.begin() + static_cast<ptrdiff_t>(place.offset - request.plan.offset);
-      shelf_.setPayload(key, {begin, begin + static_cast<ptrdiff_t>(place.bytes)}, fetchCost(place.bytes));
       ShelfEntry& entry = shelf_.at(key);
       entry.request = 0;
+      const auto begin = bytes.begin() + static_cast<ptrdiff_t>(place.offset - request.plan.offset);
+      const auto end = begin + static_cast<ptrdiff_t>(place.bytes);
       if (entry.lastWanted == turn_) used += place.bytes;
+      if (!entry.beginning.empty() || request.isPart) {
+        entry.beginning.insert(entry.beginning.end(), begin, end);
+        if (request.isPart) continue;
+        shelf_.setPayload(key, std::exchange(entry.beginning, {}), fetchCost(place.bytes));
+      } else {
+        shelf_.setPayload(key, {begin, end}, fetchCost(place.bytes));
+      }
+      ++statistics_.tilesReceived;
     }
     statistics_.bytesUnwanted += bytes.size() - used;
-    statistics_.tilesReceived += request.keys.size();
+    if (request.isPart) sketch(request.keys[0]);
   }
 
   double fetchCost(uint64_t bytes) const {
@@ -268,6 +285,10 @@ class TileStream::State {
     for (Made& done : made) {
       --decoding_;
       ShelfEntry& entry = shelf_.at(done.key);
+      if (done.isSketch) {
+        takeSketch(std::move(done), entry);
+        continue;
+      }
       entry.decoding = false;
       if (!done.problem.empty()) {
         // Damaged on its way, or in the archive: past caches, it may be sound.
@@ -280,6 +301,8 @@ class TileStream::State {
       }
       entry.failures = 0;
       entry.lost = entry.fresh = false;
+      entry.sketch.reset();
+      entry.pictureSketch.reset();
       ++statistics_.tilesDecoded;
       if (done.tile != nullptr)
         shelf_.setTile(done.key, std::move(done.tile));
@@ -287,6 +310,14 @@ class TileStream::State {
         shelf_.setPicture(done.key, std::move(done.picture));
       news_.push_back(done.key);
     }
+  }
+
+  /// note: a beginning that gives nothing (too short, damaged) is not a problem yet: the rest will tell.
+  void takeSketch(Made done, ShelfEntry& entry) {
+    if (!done.problem.empty() || entry.isDecoded()) return;
+    entry.sketch = std::move(done.tile);
+    entry.pictureSketch = std::move(done.picture);
+    news_.push_back(done.key);
   }
 
   // ------------------------------------------------------------------------------- what is to be done
@@ -343,6 +374,12 @@ class TileStream::State {
     return wish.chance * std::max(wish.areaPixels, 1.0) * std::max(gain, least);
   }
 
+  std::vector<TileKey> roots() const {
+    std::vector<TileKey> out;
+    for (int file = 0; file < archives_.count(); ++file) out.push_back({file - 1, TileId{}});
+    return out;
+  }
+
   /// Puts the wishes into order, each behind the ancestors that it needs.
   void rank() {
     struct Scored {
@@ -361,6 +398,13 @@ class TileStream::State {
       });
     }
     ranked_.clear();
+    // What is only sketched is seen wherever nothing finer is.
+    for (const TileKey& root : roots()) {
+      ShelfEntry* entry = shelf_.find(root);
+      if (entry == nullptr || !entry->isSketched() || entry->isDecoded()) continue;
+      entry->lastWanted = turn_;
+      ranked_.push_back({root, 0.0, true});
+    }
     for (const Scored& wish : scored) {
       const TileKey& key = wishes_[wish.index].key;
       std::vector<TileKey> chain = {key};
@@ -436,7 +480,7 @@ class TileStream::State {
     }
     begin(entry, [finished = finished_, key, payload = entry.payload, parent,
                   scale = archives_.manifest().scale, where = transport_->where()] {
-      Made made{.key = key, .tile = {}, .picture = {}, .problem = {}};
+      Made made{.key = key, .tile = {}, .picture = {}, .problem = {}, .isSketch = false};
       auto tile = decodeTile(*payload, parent ? &parent->samples : nullptr,
                              key.tile.isRoot() ? 0 : key.tile.quadrant(), scale);
       if (tile.ok())
@@ -450,13 +494,33 @@ class TileStream::State {
 
   void decodePicture(const TileKey& key, ShelfEntry& entry) {
     begin(entry, [finished = finished_, key, payload = entry.payload, where = transport_->where()] {
-      Made made{.key = key, .tile = {}, .picture = {}, .problem = {}};
+      Made made{.key = key, .tile = {}, .picture = {}, .problem = {}, .isSketch = false};
       auto tile = decodeImagery(*payload);
       if (tile.ok())
         made.picture = std::make_shared<const ImageryTile>(std::move(*tile));
       else
         made.problem =
             fmt::format("{}: imagery tile {}: {}", where, toString(key.tile), tile.error().message);
+      const std::lock_guard lock(finished->mutex);
+      finished->made.push_back(std::move(made));
+    });
+  }
+
+  /// Makes what can be made of the beginning of a root.
+  void sketch(const TileKey& key) {
+    ++decoding_;
+    workers_.submit([finished = finished_, key, beginning = shelf_.at(key).beginning,
+                     scale = archives_.manifest().scale] {
+      Made made{.key = key, .tile = {}, .picture = {}, .problem = {}, .isSketch = true};
+      if (key.isElevation()) {
+        auto tile = decodeRootBeginning(beginning, scale);
+        if (tile.ok()) made.tile = std::make_shared<const Tile>(std::move(*tile));
+        if (!tile.ok()) made.problem = tile.error().message;
+      } else {
+        auto tile = decodeImageryPrefix(beginning);
+        if (tile.ok()) made.picture = std::make_shared<const ImageryTile>(std::move(*tile));
+        if (!tile.ok()) made.problem = tile.error().message;
+      }
       const std::lock_guard lock(finished->mutex);
       finished->made.push_back(std::move(made));
     });
@@ -469,12 +533,45 @@ class TileStream::State {
     workers_.submit(std::move(job));
   }
 
+  /// What of a tile is to be fetched next: all of it, or a part of a root that would take long.
+  struct Missing {
+    PmtilesIndex::Place place;
+    bool isPart = false;
+  };
+  Missing missingOf(const TileKey& key, const ShelfEntry& entry, PmtilesIndex::Place place) const {
+    Missing missing{place, false};
+    missing.place.offset += entry.beginning.size();
+    missing.place.bytes -= static_cast<decltype(place.bytes)>(entry.beginning.size());
+    if (!key.tile.isRoot() || options_.inOrder || line_.bytesPerSecond() >= kThinBytesPerSecond)
+      return missing;
+    const uint64_t part =
+        std::max(kFirstPartBytes, static_cast<uint64_t>(kPartSeconds * line_.bytesPerSecond()));
+    missing.isPart = missing.place.bytes > part + part / 2;
+    if (missing.isPart) missing.place.bytes = static_cast<decltype(place.bytes)>(part);
+    return missing;
+  }
+
+  /// Over a thin line, or one that is not known yet, the beginnings of the roots come before all else.
+  bool waitsForBeginnings() const {
+    if (options_.inOrder || line_.bytesPerSecond() >= kThinBytesPerSecond) return false;
+    const std::vector<TileKey> all = roots();
+    return std::any_of(all.begin(), all.end(), [&](const TileKey& root) {
+      const ShelfEntry* entry = shelf_.find(root);
+      return entry != nullptr && entry->lastWanted == turn_ && !hasBegun(*entry) && !entry->lost &&
+             archives_.find(root).kind != PmtilesIndex::Kind::NotStored;
+    });
+  }
+  static bool hasBegun(const ShelfEntry& entry) {
+    return entry.isDecoded() || entry.payload != nullptr || !entry.beginning.empty();
+  }
+
   /// Asks for what is wanted and not here, as much as the line can use.
   void startFetching() {
     if (!mayStart()) return;
+    const bool onlyBeginnings = waitsForBeginnings();
     std::vector<FetchCandidate> candidates;
     std::vector<TileKey> keys;
-    std::vector<PmtilesIndex::Place> places;
+    std::vector<Missing> missing;
     for (const Ranked& ranked : ranked_) {
       ShelfEntry& entry = shelf_.at(ranked.key);
       if (entry.isDecoded() || entry.payload != nullptr || entry.request != 0 || entry.decoding) continue;
@@ -482,10 +579,12 @@ class TileStream::State {
       const PmtilesIndex::Found found = archives_.find(ranked.key);
       if (found.kind == PmtilesIndex::Kind::InDirectory) startDirectory(ranked.key, found.place);
       if (found.kind != PmtilesIndex::Kind::Stored) continue;
-      candidates.push_back({Archives::fileOf(ranked.key), found.place.offset, found.place.bytes,
-                            ranked.worthPerByte, entry.alone});
+      if (onlyBeginnings && (!ranked.key.tile.isRoot() || hasBegun(entry))) continue;
+      missing.push_back(missingOf(ranked.key, entry, found.place));
+      const bool isByItself = entry.alone || missing.back().isPart || !entry.beginning.empty();
+      candidates.push_back({Archives::fileOf(ranked.key), missing.back().place.offset,
+                            missing.back().place.bytes, ranked.worthPerByte, isByItself});
       keys.push_back(ranked.key);
-      places.push_back(found.place);
     }
 
     uint64_t underway = 0;
@@ -502,7 +601,8 @@ class TileStream::State {
       FetchRequest fetch{archives_.name(plan.file), plan.offset, plan.bytes, false};
       for (const size_t index : plan.candidates) {
         request.keys.push_back(keys[index]);
-        request.places.push_back(places[index]);
+        request.places.push_back(missing[index].place);
+        request.isPart = missing[index].isPart;
         ShelfEntry& entry = shelf_.at(keys[index]);
         entry.request = lastRequest_ + 1;
         entry.lost = false;
@@ -602,11 +702,17 @@ bool TileStream::isLost(const TileKey& key) const {
 }
 std::shared_ptr<const Tile> TileStream::elevation(TileId id) const {
   const ShelfEntry* entry = state_->shelf().find(TileKey{TileKey::kElevation, id});
-  return entry == nullptr ? nullptr : entry->tile;
+  if (entry == nullptr) return nullptr;
+  return entry->tile != nullptr ? entry->tile : entry->sketch;
 }
 std::shared_ptr<const ImageryTile> TileStream::picture(const TileKey& key) const {
   const ShelfEntry* entry = state_->shelf().find(key);
-  return entry == nullptr ? nullptr : entry->picture;
+  if (entry == nullptr) return nullptr;
+  return entry->picture != nullptr ? entry->picture : entry->pictureSketch;
+}
+bool TileStream::isSketch(const TileKey& key) const {
+  const ShelfEntry* entry = state_->shelf().find(key);
+  return entry != nullptr && entry->isSketched() && !entry->isDecoded();
 }
 std::vector<TileKey> TileStream::takeNews() {
   return state_->takeNews();

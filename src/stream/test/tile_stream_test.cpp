@@ -181,7 +181,7 @@ TEST_F(TileStreamTest, NoMoreIsUnderWayThanAThinLineCanUse) {
 TEST_F(TileStreamTest, OneAnswerInTenGoneWrongDelaysAndNoMore) {
   for (uint32_t seed = 1; seed <= 5; ++seed) {
     LineFaults faults;
-    faults.busyShare = faults.slowShare = faults.truncatedShare = 0.034;
+    faults.busyShare = faults.slowShare = faults.truncatedShare = faults.corruptShare = 0.025;
     faults.seed = seed;
     Streaming s = streaming({5e6, 0.05}, {.mostRequests = 6});
     ASSERT_TRUE(s.open());
@@ -210,6 +210,53 @@ TEST_F(TileStreamTest, DamagedTilesAreFetchedAgain) {
   while (s.stream->statistics().tilesDamaged == 0 && s.now < 60.0) s.step(0.1);
   EXPECT_GT(s.stream->statistics().tilesDamaged, 0U);
   EXPECT_NE(s.stream->problem(), "");
+  s.line->setFaults({});
+  s.settle(200.0);
+  expectTrue(*s.stream, TileId{});
+}
+
+TEST_F(TileStreamTest, OverAThinLineTheRootIsSketchedFirst) {
+  Streaming s = streaming({3000.0, 0.05});
+  ASSERT_TRUE(s.open());
+  const TileKey root{TileKey::kElevation, TileId{}};
+  const TileId deep = truth().rbegin()->first;
+  s.stream->want(std::vector{wishFor(deep), wishFor(TileId{})});
+  const double begun = s.now;
+  while (s.stream->elevation(TileId{}) == nullptr && s.now < begun + 60.0) s.step(0.05);
+  EXPECT_LT(s.now - begun, 2.5);
+  EXPECT_TRUE(s.stream->isSketch(root));
+  EXPECT_FALSE(s.stream->isIdle());
+  // Near enough to be recognised: hills of 300 m.
+  const Tile& whole = truth().at(TileId{});
+  const auto sketch = s.stream->elevation(TileId{});
+  double squares = 0.0;
+  for (size_t i = 0; i < whole.samples.heights.size(); ++i)
+    squares += std::pow(sketch->samples.heights[i] - whole.samples.heights[i], 2.0);
+  EXPECT_LT(std::sqrt(squares / kTileSampleCount), 60.0);
+
+  s.settle(300.0);
+  EXPECT_FALSE(s.stream->isSketch(root));
+  expectTrue(*s.stream, TileId{});
+  expectTrue(*s.stream, deep);
+  // Told when the sketch came, and again when the root was whole; no child before that.
+  const std::vector<TileKey> news = s.stream->takeNews();
+  ASSERT_GE(news.size(), 3U);
+  EXPECT_EQ(news[0], root);
+  const auto last = std::find(news.rbegin(), news.rend(), root);
+  EXPECT_TRUE(std::all_of(news.begin(), last.base(), [&](const TileKey& key) { return key == root; }));
+}
+
+TEST_F(TileStreamTest, ARootDamagedInOneOfItsPartsIsFetchedAgain) {
+  Streaming s = streaming({3000.0, 0.05});
+  ASSERT_TRUE(s.open());
+  s.stream->want(std::vector{wishFor(TileId{})});
+  while (!s.stream->isSketch({TileKey::kElevation, TileId{}}) && s.now < 90.0) s.step(0.05);
+  LineFaults faults;
+  faults.corruptShare = 1.0;
+  s.line->setFaults(faults);
+  while (s.stream->statistics().tilesDamaged == 0 && s.now < 300.0) s.step(0.1);
+  EXPECT_EQ(s.stream->statistics().tilesDamaged, 1U);
+  EXPECT_TRUE(s.stream->isSketch({TileKey::kElevation, TileId{}}));
   s.line->setFaults({});
   s.settle(200.0);
   expectTrue(*s.stream, TileId{});

@@ -7,7 +7,7 @@
 #include "terrane/base/result.h"
 #include "terrane/codec/tile.h"
 
-/// Elevation payloads, version 3 (docs/format/elevation-v3.md): bytes <-> samples, as pure functions. The
+/// Elevation payloads, version 4 (docs/format/elevation-v4.md): bytes <-> samples, as pure functions. The
 /// same bytes give the same heights, bit for bit, on every machine.
 namespace terrane {
 
@@ -31,5 +31,12 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
 /// with the byte where it went wrong; never reads beyond `payload`, allocates a tile's size at most.
 Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* parent, int quadrant,
                         const ElevationScale& scale);
+
+/// The world's root tile from the beginning of its payload: as many levels of samples as are whole, every
+/// 16th at least, means between them, and codes of nodes that claim no more than is known. It looks like the
+/// tile from afar; no child may be decoded from it, for its samples are not its own. Errors: too few bytes
+/// (some hundred suffice for the coarsest levels), or bytes that begin no root tile. The check is that of
+/// the whole payload: damage may go unnoticed until all of it is there.
+Result<Tile> decodeRootBeginning(std::span<const uint8_t> beginning, const ElevationScale& scale);
 
 }  // namespace terrane

@@ -6,7 +6,7 @@
 
 #include "terrane/base/result.h"
 
-/// Imagery tiles to bytes and back (docs/format/imagery-v1.md): pure functions, any thread.
+/// Imagery tiles to bytes and back (docs/format/imagery-v2.md): pure functions, any thread.
 namespace terrane {
 
 /// Texels along the side of an imagery tile; unlike samples they are not shared between tiles.

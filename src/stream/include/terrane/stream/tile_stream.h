@@ -30,7 +30,7 @@ struct StreamOptions {
   uint64_t decodedBytes = 256U << 20;    ///< kept decoded, elevation; what is in use stays whatever this says
   uint64_t pictureBytes = 64U << 20;     ///< kept decoded, imagery
   int mostRequests = 12;                 ///< at once
-  bool inOrder = false;                  ///< fetch in the order of the wishes, all at once: for comparison
+  bool inOrder = false;  ///< fetch in the order of the wishes, all at once, whole: for comparison
 };
 
 enum class StreamPhase : uint8_t {
@@ -67,6 +67,9 @@ struct StreamStatistics {
 /// aside, and keeps it within budgets (docs/architecture.md, "Streaming"). Nothing here waits. One thread;
 /// the workers have their own.
 ///
+/// Over a thin line roots come in parts, and are sketched from what is there (isSketch()) until they are
+/// whole: they stand for everything.
+///
 /// A tile that cannot be had (no such range, or damaged time after time) is given up for a minute or for
 /// good, and a coarser surface stands for it. A server that is away is asked again, ever more rarely, for as
 /// long as it takes.
@@ -98,6 +101,9 @@ class TileStream {
   /// A decoded tile, or null. Stays valid as long as the pointer is held, whatever the stream forgets.
   std::shared_ptr<const Tile> elevation(TileId id) const;
   std::shared_ptr<const ImageryTile> picture(const TileKey& key) const;
+  /// Is what elevation() or picture() gives a root of which only a beginning is here? No child comes before
+  /// it is whole; another pointer then takes its place.
+  bool isSketch(const TileKey& key) const;
   /// The tiles that have been decoded since the last call, parents before children.
   std::vector<TileKey> takeNews();
 
