@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Streaming over a simulated line, in simulated time: ./dev bench stream
+# Streaming over a simulated line, in simulated time: ./dev bench stream [--only SETTING]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # shellcheck source=bench/support/datasets.sh
@@ -29,4 +29,4 @@ if [[ ! $demo.tif -nt $terrane ]]; then
   "$terrane" synth -o "$demo.tif" --color "${demo}_color.tif" --size 4097 --seed 1 --overwrite -q
 fi
 pictured_dataset demo_pictured "$demo.tif" "${demo}_color.tif"
-exec build/release/bin/measure_stream bench/measure_stream/flight.json build/bench/stream.json "${datasets[@]}"
+exec build/release/bin/measure_stream "$@" bench/measure_stream/flight.json build/bench/stream.json "${datasets[@]}"

@@ -4,12 +4,25 @@
 #include <cmath>
 #include <set>
 
+#include "terrane/render/png.h"
+
 namespace terrane {
 namespace {
 
 /// A dataset opens within this, or not at all.
 constexpr double kLongestOpeningSeconds = 120.0;
 constexpr double kLongestRestSeconds = 60.0;
+
+Status writePicture(const std::string& path, const TerrainView& view, TerrainRenderer& renderer,
+                    const Camera& camera) {
+  const Manifest& manifest = view.manifest();
+  RenderStyle style;
+  style.lowMeters = manifest.minHeight;
+  style.highMeters = std::max(manifest.maxHeight, manifest.minHeight + 1.0);
+  TERRANE_ASSIGN(const TerrainRenderer::Picture picture,
+                 renderer.drawPicture(view.cut(), manifest.frame, camera, style));
+  return writePng(path, camera.width, camera.height, picture.rgba);
+}
 
 }  // namespace
 
@@ -44,6 +57,8 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
   wire.setFaults(faults);
 
   StreamFlightReport report;
+  const uint64_t bytesBefore = view.report().stream.bytesReceived;
+  auto nextPicture = options.pictureSeconds.begin();
   const double tau = options.view.selection.tolerancePixels;
   const auto frames =
       static_cast<int64_t>(std::floor(options.durationSeconds * options.framesPerSecond + 0.5));
@@ -54,6 +69,7 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
     StreamFlightFrame frame;
     frame.seconds = seconds;
     frame.view = view.report();
+    frame.bytes = frame.view.stream.bytesReceived - bytesBefore;
     for (const TileWish& wish : view.cut().wishes)
       frame.debtPixels +=
           static_cast<double>(wish.areaPixels) * std::max(0.0, static_cast<double>(wish.errorPixels) - tau);
@@ -74,6 +90,11 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
           report.excessPixelSeconds += error.excessPixels * step * options.errorEvery;
         }
       }
+    }
+    if (options.draw && nextPicture != options.pictureSeconds.end() && seconds >= *nextPicture - 1e-9) {
+      TERRANE_TRY(writePicture(fmt::format("{}_{}.png", options.picturePrefix, *nextPicture), view, *renderer,
+                               camera));
+      ++nextPicture;
     }
     report.cracks += frame.cracks;
     report.crackPixels += frame.crackPixels;

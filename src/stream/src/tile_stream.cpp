@@ -551,15 +551,17 @@ class TileStream::State {
     return missing;
   }
 
-  /// Over a thin line, or one that is not known yet, the beginnings of the roots come before all else.
-  bool waitsForBeginnings() const {
-    if (options_.inOrder || line_.bytesPerSecond() >= kThinBytesPerSecond) return false;
-    const std::vector<TileKey> all = roots();
-    return std::any_of(all.begin(), all.end(), [&](const TileKey& root) {
+  /// Over a thin line, or one that is not known yet, the beginnings of the roots come before all else: the
+  /// ground's, without which nothing is seen, then those of pictures. Which of them next; none: all may come.
+  std::optional<TileKey> nextBeginning() const {
+    if (options_.inOrder || line_.bytesPerSecond() >= kThinBytesPerSecond) return std::nullopt;
+    for (const TileKey& root : roots()) {
       const ShelfEntry* entry = shelf_.find(root);
-      return entry != nullptr && entry->lastWanted == turn_ && !hasBegun(*entry) && !entry->lost &&
-             archives_.find(root).kind != PmtilesIndex::Kind::NotStored;
-    });
+      if (entry != nullptr && entry->lastWanted == turn_ && !hasBegun(*entry) && !entry->lost &&
+          archives_.find(root).kind != PmtilesIndex::Kind::NotStored)
+        return root;
+    }
+    return std::nullopt;
   }
   static bool hasBegun(const ShelfEntry& entry) {
     return entry.isDecoded() || entry.payload != nullptr || !entry.beginning.empty();
@@ -568,7 +570,7 @@ class TileStream::State {
   /// Asks for what is wanted and not here, as much as the line can use.
   void startFetching() {
     if (!mayStart()) return;
-    const bool onlyBeginnings = waitsForBeginnings();
+    const std::optional<TileKey> first = nextBeginning();
     std::vector<FetchCandidate> candidates;
     std::vector<TileKey> keys;
     std::vector<Missing> missing;
@@ -579,7 +581,7 @@ class TileStream::State {
       const PmtilesIndex::Found found = archives_.find(ranked.key);
       if (found.kind == PmtilesIndex::Kind::InDirectory) startDirectory(ranked.key, found.place);
       if (found.kind != PmtilesIndex::Kind::Stored) continue;
-      if (onlyBeginnings && (!ranked.key.tile.isRoot() || hasBegun(entry))) continue;
+      if (first && !(ranked.key == *first)) continue;
       missing.push_back(missingOf(ranked.key, entry, found.place));
       const bool isByItself = entry.alone || missing.back().isPart || !entry.beginning.empty();
       candidates.push_back({Archives::fileOf(ranked.key), missing.back().place.offset,

@@ -27,11 +27,15 @@ struct StreamFlightOptions {
   bool begunAtRest = true;  ///< what the first camera needs has come before; else only directories have
   bool draw = true;         ///< draw positions in each frame and count cracks
   int errorEvery = 6;       ///< frames between those whose error is measured; 0: none
+  /// Pictures to look at: PREFIX_SECONDS.png of the first frames at or after these times.
+  std::string picturePrefix;
+  std::vector<double> pictureSeconds;
 };
 
 struct StreamFlightFrame {
   double seconds = 0.0;
   ViewReport view;
+  uint64_t bytes = 0;  ///< that came since the flight began
   int64_t cracks = 0;
   int64_t crackPixels = 0;     ///< that were looked at
   int64_t groundPixels = 0;    ///< that show ground
