@@ -220,6 +220,7 @@ class TileStream::State {
   }
 
   void takeFailure(uint64_t id, const Underway& request, const FetchFailure& failure) {
+    if (failure.problem == FetchProblem::Fatal) return fail(failure.message);
     // Nobody there: not the tiles' fault. Ask again, ever more rarely, with one request at a time.
     if (failure.problem == FetchProblem::Unreachable) {
       ++offlineTries_;
@@ -347,7 +348,8 @@ class TileStream::State {
     };
     if (!archives_.hasManifest()) {
       if (underway_.empty() && mayStart() && isDue(-1))
-        start({.what = What::Manifest, .plan = {}, .keys = {}, .places = {}}, {"manifest.json", 0, 0, false});
+        start({.what = What::Manifest, .plan = {}, .keys = {}, .places = {}},
+              {"manifest.json", 0, 0, false, 0});
       return;
     }
     bool allOpen = true;
@@ -600,7 +602,7 @@ class TileStream::State {
     limits.bytesARequest = std::clamp<uint64_t>(useful / 2, 16U << 10, 256U << 10);
     for (PlannedRequest& plan : planRequests(candidates, limits)) {
       Underway request;
-      FetchRequest fetch{archives_.name(plan.file), plan.offset, plan.bytes, false};
+      FetchRequest fetch = archives_.request(plan.file, plan.offset, plan.bytes);
       for (const size_t index : plan.candidates) {
         request.keys.push_back(keys[index]);
         request.places.push_back(missing[index].place);
@@ -624,7 +626,7 @@ class TileStream::State {
            .plan = {file, place.offset, place.bytes, {}},
            .keys = {},
            .places = {place}},
-          {archives_.name(file), place.offset, place.bytes, false});
+          archives_.request(file, place.offset, place.bytes));
   }
 
   /// The part of the wishes that the picture misses now.
