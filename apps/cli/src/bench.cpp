@@ -58,9 +58,10 @@ std::string fileName(const std::string& path) {
 
 Status runBench(BenchOptions& options) {
   TERRANE_TRY(checkOptions(options));
-  TERRANE_ASSIGN(const std::unique_ptr<Terrain> terrain, Terrain::open(options.dataset, options.terrain));
-  TERRANE_ASSIGN(const FittedFlight flight, readFlight(options.flight, *terrain));
   const auto progress = makeProgress(options.talk);
+  TERRANE_ASSIGN(Dataset dataset, openDatasetArgument(options.dataset, *progress));
+  const std::unique_ptr<Terrain> terrain = Terrain::over(std::move(dataset), options.terrain);
+  TERRANE_ASSIGN(const FittedFlight flight, readFlight(options.flight, *terrain));
 
   // The truth to measure against, where somebody asks for it.
   std::optional<ReferenceSurface> reference;
@@ -81,8 +82,9 @@ Status runBench(BenchOptions& options) {
   progress->finish();
 
   // The report, in all the forms that were asked for.
-  const FlightHead head{fileName(options.dataset), std::filesystem::path(options.flight).stem().string(),
-                        options.surface, terrain->rendererName(), options.patchSamples};
+  const FlightHead head{fileName(terrain->dataset().directory()),
+                        std::filesystem::path(options.flight).stem().string(), options.surface,
+                        terrain->rendererName(), options.patchSamples};
   const auto json = reportToJson(report, head, options.fly);
   if (!options.output.empty()) TERRANE_TRY(writeTextFile(options.output, json.dump(1) + "\n"));
   if (!options.plot.empty()) TERRANE_TRY(writeTextFile(options.plot, plotReport(report, head, options.fly)));
@@ -109,7 +111,7 @@ void addBenchCommand(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<BenchOptions>();
   CLI::App* command = app.add_subcommand("bench", "fly over a dataset, and measure cost and error");
   command->footer(kExamples);
-  command->add_option("DATASET", options->dataset, "the dataset's directory")->required();
+  command->add_option("DATASET", options->dataset, kDatasetArgument)->required();
   command->add_option("--flight", options->flight, "a camera path (docs/flights.md)")->required();
   command->add_option("--surface", options->surface, "how tiles become triangles")
       ->capture_default_str()

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "archives.h"
+#include "back_off.h"
 #include "line_pace.h"
 #include "terrane/base/check.h"
 #include "terrane/codec/elevation_codec.h"
@@ -22,9 +23,6 @@ namespace {
 
 /// Bytes on the line that a request takes besides its answer's body.
 constexpr double kRequestBytes = 500.0;
-/// After so many damaged answers a tile is given up for a while.
-constexpr int kMostDamaged = 4;
-constexpr int kMostBusy = 10;
 constexpr double kLostSeconds = 60.0;
 /// The part of a root that comes first. So much shows mountains and coasts.
 constexpr uint64_t kFirstPartBytes = 6000;
@@ -35,12 +33,6 @@ constexpr double kPartSeconds = 0.5;
 constexpr double kThinBytesPerSecond = 32e3;
 /// Of what a wish is worth at least, per pixel: once all else is here, targets are met as well.
 constexpr double kLeastWorth = 0.01;
-
-/// Seconds to wait after so many failures: twice as long each time, and never in step with others.
-double backOff(int failures, uint64_t salt) {
-  const double scatter = 0.75 + 0.5 * static_cast<double>((salt * 0x9e3779b97f4a7c15ULL) >> 40U) / 16777216.0;
-  return std::min(8.0, 0.25 * std::ldexp(1.0, std::min(failures - 1, 8))) * scatter;
-}
 
 /// What the workers have made. They keep it alive, whatever happened to the stream meanwhile.
 struct Made {
