@@ -233,11 +233,19 @@ server=$!
 read -r url <printed
 port=${url##*:}
 fails 1 'another program listens there.*--port' "$terrane" serve good.terrane --port "${port%/}"
+
+# Datasets at addresses: what is none there, what must be on disk, nobody there.
+fails 1 'd/none/manifest.json: the server answers 404; is this a dataset' "$terrane" info "${url}d/none"
+fails 1 'manifest.json: the server answers 404' "$terrane" render "$url" -o a.png
+fails 1 'd/good: is an address.*on disk' "$terrane" verify "${url}d/good"
+fails 1 'd/good: is an address.*on disk' "$terrane" serve "${url}d/good" --port 0
+fails 1 'd/good/manifest.json.*(SSL|TLS)' "$terrane" info "${url/http:/https:}d/good"
 kill "$server"
 if ! wait "$server"; then
   echo "FAILED: a server that is asked to end does not end well"; failures=$((failures + 1))
 fi
 rm printed
+fails 1 'manifest.json: .*connect.*nobody has answered for' "$terrane" info "${url}d/good"
 
 [ $failures -eq 0 ] && echo "all bad inputs were told apart" || echo "$failures failed"
 [ $failures -eq 0 ]

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <thread>
 
+#include "fetching.h"
 #include "scripted_server.h"
 #include "terrane/stream/transport.h"
 
@@ -22,33 +22,15 @@ const std::string& file() {
   static const std::string bytes = someBytes(300000);
   return bytes;
 }
-std::string textOf(const FetchAnswer& answer) {
-  return {answer.bytes.begin(), answer.bytes.end()};
-}
 FetchRequest rangeOf(uint64_t offset, uint64_t bytes) {
   return {"elevation.pmtiles", offset, bytes, false, file().size()};
 }
 
 class HttpTransportTest : public ::testing::Test {
  protected:
-  /// Asks and waits for the answer, whatever it is.
-  FetchAnswer fetch(Transport& transport, const FetchRequest& request) {
-    const uint64_t id = ++lastId_;
-    transport.start(id, request);
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (std::chrono::steady_clock::now() < deadline) {
-      transport.wait(1.0);
-      for (FetchAnswer& answer : transport.poll(0.0)) {
-        EXPECT_EQ(answer.id, id);
-        return std::move(answer);
-      }
-    }
-    ADD_FAILURE() << "no answer";
-    return {};
-  }
   /// The problem that an answer has; nothing for bytes.
   std::optional<FetchProblem> problemOf(Transport& transport, const FetchRequest& request) {
-    const FetchAnswer answer = fetch(transport, request);
+    const FetchAnswer answer = fetchOne(transport, request);
     if (!answer.failure) return {};
     message_ = answer.failure->message;
     return answer.failure->problem;
@@ -58,7 +40,6 @@ class HttpTransportTest : public ::testing::Test {
     return problemOf(*transport, request);
   }
 
-  uint64_t lastId_ = 0;
   std::string message_;
 };
 
@@ -66,17 +47,17 @@ TEST_F(HttpTransportTest, RangesAndWholeFilesComeWithTheQueryAndUncompressed) {
   ScriptedServer server([](const Request& request) { return ScriptedServer::honest(request, file()); });
   for (const char* path : {"/made?key=a/b", "/made/?key=a/b", "/made/manifest.json?key=a/b"}) {
     const auto transport = openTransport(server.url(path));
-    EXPECT_EQ(textOf(fetch(*transport, {"manifest.json", 0, 0, false, 0})), file());
+    EXPECT_EQ(textOf(fetchOne(*transport, {"manifest.json", 0, 0, false, 0})), file());
     EXPECT_EQ(server.requests().back().target, "/made/manifest.json?key=a/b");
     EXPECT_EQ(server.requests().back().field("accept-encoding"), "gzip");
-    EXPECT_EQ(textOf(fetch(*transport, rangeOf(70000, 5000))), file().substr(70000, 5000));
+    EXPECT_EQ(textOf(fetchOne(*transport, rangeOf(70000, 5000))), file().substr(70000, 5000));
     EXPECT_EQ(server.requests().back().target, "/made/elevation.pmtiles?key=a/b");
     EXPECT_EQ(server.requests().back().field("range"), "bytes=70000-74999");
     EXPECT_EQ(server.requests().back().field("accept-encoding"), "identity");
     EXPECT_EQ(server.requests().back().field("cache-control"), "");
     FetchRequest fresh = rangeOf(0, 10);
     fresh.fresh = true;
-    EXPECT_EQ(textOf(fetch(*transport, fresh)), file().substr(0, 10));
+    EXPECT_EQ(textOf(fetchOne(*transport, fresh)), file().substr(0, 10));
     EXPECT_EQ(server.requests().back().field("cache-control"), "no-cache");
   }
 }
@@ -142,7 +123,7 @@ TEST_F(HttpTransportTest, RefusalsAreToldApart) {
   ScriptedServer server(
       [](const Request&) { return ScriptedServer::reply(503, "Retry-After: 7\r\n", "no"); });
   const auto transport = openTransport(server.url());
-  const FetchAnswer busy = fetch(*transport, rangeOf(0, 10));
+  const FetchAnswer busy = fetchOne(*transport, rangeOf(0, 10));
   ASSERT_TRUE(busy.failure);
   EXPECT_EQ(busy.failure->problem, FetchProblem::Busy);
   EXPECT_EQ(busy.failure->retryAfterSeconds, 7.0);
@@ -195,7 +176,7 @@ TEST_F(HttpTransportTest, ALineThatBreaksMayBeTriedAgain) {
   EXPECT_NE(message_.find("127.0.0.1"), std::string::npos) << message_;
   server = std::make_unique<ScriptedServer>(
       [](const Request& request) { return ScriptedServer::honest(request, file()); }, port);
-  EXPECT_EQ(textOf(fetch(*transport, rangeOf(5, 10))), file().substr(5, 10));
+  EXPECT_EQ(textOf(fetchOne(*transport, rangeOf(5, 10))), file().substr(5, 10));
 }
 
 TEST_F(HttpTransportTest, AServerThatStandsStillIsGivenUp) {
@@ -217,8 +198,8 @@ TEST_F(HttpTransportTest, RedirectionsAreFollowedAFewAndOnlyOverHttp) {
         302, "ETag: \"here\"\r\nLocation: " + other.url("/far") + request.target + "\r\n", "go there");
   });
   const auto transport = openTransport(server.url());
-  EXPECT_EQ(textOf(fetch(*transport, rangeOf(5, 10))), file().substr(5, 10));
-  EXPECT_EQ(textOf(fetch(*transport, rangeOf(15, 10))), file().substr(15, 10));
+  EXPECT_EQ(textOf(fetchOne(*transport, rangeOf(5, 10))), file().substr(5, 10));
+  EXPECT_EQ(textOf(fetchOne(*transport, rangeOf(15, 10))), file().substr(15, 10));
   EXPECT_EQ(other.requests().back().target, "/far/made/elevation.pmtiles");
   for (const char* to : {"ftp://127.0.0.1/made", "file:///etc/passwd", "/made/elevation.pmtiles"}) {
     server.setScript([to](const Request&) {
@@ -239,8 +220,8 @@ TEST_F(HttpTransportTest, WhatIsCancelledNeverComes) {
   transport->start(1000, rangeOf(100, 10));
   while (server.requests().empty()) std::this_thread::yield();
   transport->cancel(1000);
-  // The connection is free for another: fetch() would see the cancelled one's answer.
-  EXPECT_EQ(textOf(fetch(*transport, rangeOf(5, 10))), file().substr(5, 10));
+  // The connection is free for another: fetchOne() would see the cancelled one's answer.
+  EXPECT_EQ(textOf(fetchOne(*transport, rangeOf(5, 10))), file().substr(5, 10));
 }
 
 TEST_F(HttpTransportTest, AddressesThatAreNone) {
