@@ -208,6 +208,14 @@ fails 1 'missing.json' "${draw[@]}" -o a.png --flight missing.json --at 1
 fails 1 'a.tif' "${draw[@]}" --position nowhere/a.tif
 fails 1 'a.png|large|room' full "$terrane" render good.terrane --software --size 1280x720 -o a.png
 fails 1 'missing.json' "$terrane" bench good.terrane --flight missing.json
+fly=("$terrane" bench good.terrane --flight missing.json)
+fails 1 '--line fast.*40Mbit/s,50ms' "${fly[@]}" --policy available --line fast
+fails 1 '--line 0bit/s,1ms' "${fly[@]}" --policy available --line 0bit/s,1ms
+fails 1 '--line 1Mbit/s' "${fly[@]}" --policy available --line 1Mbit/s
+fails 1 'dataset on disk' "$terrane" bench http://127.0.0.1:1/a --flight missing.json --policy available
+fails 2 'policy' "${fly[@]}" --policy eventually
+fails 2 '--line requires --policy' "${fly[@]}" --line 1Mbit/s,1ms
+fails 2 'excludes' "${fly[@]}" --policy available --frames 3
 touch there.tif
 fails 1 'there.tif.*--overwrite' "$terrane" synth -o there.tif --size 65
 fails 1 'size' "$terrane" synth -o a.tif --size -3
