@@ -102,7 +102,7 @@ class HttpDatasetTest : public ::testing::Test {
   template <class Condition>
   static bool until(TileStream& stream, const Condition& holds) {
     const auto begun = std::chrono::steady_clock::now();
-    for (double now = 0.0; now < 60.0; std::this_thread::yield()) {
+    for (double now = 0.0; now < 300.0; std::this_thread::yield()) {
       now = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
       stream.poll(now);
       if (holds()) return true;

@@ -84,12 +84,12 @@ class HttpStreamTest : public ::testing::Test {
     std::unique_ptr<Workers> workers = makeThreadWorkers(2);
     std::unique_ptr<TileStream> stream;
 
-    /// Polls until something holds; false after a minute. The stream's clock runs twenty times as fast, so
-    /// that nobody waits long for another try.
+    /// Polls until something holds; false after five minutes. The stream's clock runs twenty times as fast,
+    /// so that nobody waits long for another try.
     template <class Condition>
     bool until(const Condition& holds) const {
       const auto begun = std::chrono::steady_clock::now();
-      for (double now = 0.0; now < 60.0; std::this_thread::yield()) {
+      for (double now = 0.0; now < 300.0; std::this_thread::yield()) {
         now = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
         stream->poll(20.0 * now);
         if (holds()) return true;
