@@ -1,48 +1,26 @@
 #include "terrane/dataset/hash.h"
 
-#include <openssl/evp.h>
-
 #include <algorithm>
-#include <array>
-#include <memory>
 #include <vector>
 
 #include "file.h"
+#include "sha256.h"
 
 namespace terrane {
 namespace {
 
-/// SHA-256 in pieces, by OpenSSL.
-class Sha256 {
- public:
-  Sha256() {
-    TERRANE_CHECK(context_ != nullptr && EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) == 1,
-                  "OpenSSL has no SHA-256");
-  }
-  void add(const void* bytes, size_t size) {
-    TERRANE_CHECK(EVP_DigestUpdate(context_.get(), bytes, size) == 1, "SHA-256 of {} bytes", size);
-  }
-  std::string hex() {
-    std::array<unsigned char, 32> digest{};
-    TERRANE_CHECK(EVP_DigestFinal_ex(context_.get(), digest.data(), nullptr) == 1, "SHA-256");
-    std::string text;
-    for (const unsigned char byte : digest) text += fmt::format("{:02x}", byte);
-    return text;
-  }
-
- private:
-  struct Deleter {
-    void operator()(EVP_MD_CTX* context) const { EVP_MD_CTX_free(context); }
-  };
-  std::unique_ptr<EVP_MD_CTX, Deleter> context_{EVP_MD_CTX_new()};
-};
+std::string hex(const Sha256::Digest& digest) {
+  std::string text;
+  for (const uint8_t byte : digest) text += fmt::format("{:02x}", byte);
+  return text;
+}
 
 }  // namespace
 
 std::string sha256(std::string_view bytes) {
   Sha256 hash;
   hash.add(bytes.data(), bytes.size());
-  return hash.hex();
+  return hex(hash.finish());
 }
 
 Result<std::string> sha256OfFile(const std::string& path) {
@@ -56,7 +34,7 @@ Result<std::string> sha256OfFile(const std::string& path) {
     TERRANE_TRY(file.read(offset, part));
     hash.add(part.data(), part.size());
   }
-  return hash.hex();
+  return hex(hash.finish());
 }
 
 }  // namespace terrane

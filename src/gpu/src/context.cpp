@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "driver.h"
 #include "terrane/gpu/gl.h"
 
 namespace terrane::gpu {
@@ -54,25 +55,24 @@ Status Context::readCapabilities(const ContextOptions& options) {
   for (const char* name : {"llvmpipe", "softpipe", "SwiftShader"})
     if (rendererName_.find(name) != std::string::npos) isSoftware_ = true;
 
-  const int version = epoxy_gl_version();
-  if (epoxy_is_desktop_gl() == isGles() || version < (isGles() ? 30 : 45))
+  if (!driver::speaks(api_))
     return makeError(
         "the driver gives {} ({}), but Terrane needs {}; update the graphics driver or install Mesa",
         versionName_, rendererName_, isGles() ? "OpenGL ES 3.0" : "OpenGL 4.5");
 
   // Heights are measured in float pictures: OpenGL ES 3.0 draws into them only by extension.
-  if (isGles() && version < 32 && !epoxy_has_gl_extension("GL_EXT_color_buffer_float"))
+  if (!driver::hasFloatTargets(api_))
     return makeError("{} cannot draw into float pictures (GL_EXT_color_buffer_float)", rendererName_);
 
   limits_.maxTextureSize = driverInteger(GL_MAX_TEXTURE_SIZE);
   limits_.maxArrayLayers = driverInteger(GL_MAX_ARRAY_TEXTURE_LAYERS);
   limits_.maxSamples = maxSceneSamples();
 
-  workarounds_.noClipControl =
-      options.forbidClipControl || (isGles() && !epoxy_has_gl_extension("GL_EXT_clip_control"));
-  workarounds_.noSampleShading = isGles() && version < 32;
+  workarounds_.noClipControl = options.forbidClipControl || !driver::hasClipControl(api_);
+  workarounds_.noSampleShading = !driver::hasSampleShading(api_);
   workarounds_.slowSampleShading = isSoftware_;
-  workarounds_.noTimerQuery = isGles() && !epoxy_has_gl_extension("GL_EXT_disjoint_timer_query");
+  workarounds_.noTimerQuery = !driver::hasTimerQuery(api_);
+  workarounds_.slowErrors = driver::isRemote();
 
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
@@ -91,11 +91,16 @@ std::string Context::shaderPrologue() const {
 
 void Context::setClipDepthZeroToOne(bool zeroToOne) const {
   TERRANE_CHECK(!workarounds_.noClipControl, "{} has no clip control", rendererName_);
-  const GLenum depth = zeroToOne ? GL_ZERO_TO_ONE : GL_NEGATIVE_ONE_TO_ONE;
-  if (isGles())
-    glClipControlEXT(GL_LOWER_LEFT, depth);
-  else
-    glClipControl(GL_LOWER_LEFT, depth);
+  driver::setClipDepthZeroToOne(api_, zeroToOne);
+}
+
+void Context::setSampleShading(bool everySample) const {
+  TERRANE_CHECK(!workarounds_.noSampleShading, "{} has no sample shading", rendererName_);
+  driver::setSampleShading(everySample);
+}
+
+Status Context::checkFrame(const std::string& doing) const {
+  return workarounds_.slowErrors ? Status{} : checkErrors(doing);
 }
 
 Status Context::checkErrors(const std::string& doing) const {

@@ -71,6 +71,14 @@ void Framebuffer::resolveInto(const Framebuffer& target) const {
                     GL_NEAREST);
 }
 
+void Framebuffer::copyToWindow() const {
+  TERRANE_CHECK(spec_.color.internalFormat == GL_RGBA8 && spec_.samples == 1, "not a picture of RGBA8");
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
+  glBlitFramebuffer(0, 0, spec_.width, spec_.height, 0, 0, spec_.width, spec_.height, GL_COLOR_BUFFER_BIT,
+                    GL_NEAREST);
+}
+
 std::vector<uint8_t> Framebuffer::readRgba8() const {
   TERRANE_CHECK(spec_.color.internalFormat == GL_RGBA8 && spec_.samples == 1, "not a picture of RGBA8");
   std::vector<uint8_t> out(static_cast<size_t>(spec_.width) * static_cast<size_t>(spec_.height) * 4);

@@ -267,21 +267,18 @@ Result<DrawStatistics> TerrainRenderer::draw(const Cut& cut, const Frame& frame,
   glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   const bool perSample = targets.plan.multisamples > 1;
-  if (perSample) {
-    glEnable(GL_SAMPLE_SHADING);
-    glMinSampleShading(1.0F);
-  }
+  if (perSample) parts.context.setSampleShading(true);
   DrawStatistics statistics;
   parts.programs.shade.use();
   statistics.drawCalls = parts.patches.draw(parts.programs.shade);
-  if (perSample) glDisable(GL_SAMPLE_SHADING);
+  if (perSample) parts.context.setSampleShading(false);
   parts.drawSky(depth);
   if (style.frustum) parts.drawFrustum(*style.frustum, camera, depth, targets.plan.shrink);
   endDepth(parts.context, depth);
   if (targets.resolved) targets.scene.resolveInto(*targets.resolved);
   parts.present(targets, target);
   parts.timer.end();
-  TERRANE_TRY(parts.context.checkErrors("drawing a picture"));
+  TERRANE_TRY(parts.context.checkFrame("drawing a picture"));
 
   statistics.patches = instances.patchCount();
   statistics.triangles = statistics.patches * cut.grid.trianglesPerPatch();

@@ -1,60 +1,10 @@
 #include "terrane/stream/workers.h"
 
-#include <algorithm>
-#include <condition_variable>
-#include <deque>
-#include <mutex>
-#include <thread>
+#include <chrono>
 #include <utility>
-#include <vector>
-
-#include "terrane/base/parallel.h"
 
 namespace terrane {
 namespace {
-
-class ThreadWorkers final : public Workers {
- public:
-  explicit ThreadWorkers(int threads) {
-    for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
-  }
-  ~ThreadWorkers() override {
-    {
-      const std::lock_guard lock(mutex_);
-      stop_ = true;
-    }
-    wake_.notify_all();
-    for (std::thread& thread : threads_) thread.join();
-  }
-  void submit(std::function<void()> job) override {
-    {
-      const std::lock_guard lock(mutex_);
-      jobs_.push_back(std::move(job));
-    }
-    wake_.notify_one();
-  }
-  int width() const override { return 2 * static_cast<int>(threads_.size()); }
-
- private:
-  void work() {
-    std::unique_lock lock(mutex_);
-    for (;;) {
-      wake_.wait(lock, [this] { return stop_ || !jobs_.empty(); });
-      if (stop_) return;
-      const std::function<void()> job = std::move(jobs_.front());
-      jobs_.pop_front();
-      lock.unlock();
-      job();
-      lock.lock();
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  bool stop_ = false;
-  std::deque<std::function<void()>> jobs_;
-  std::vector<std::thread> threads_;
-};
 
 class InlineWorkers final : public Workers {
  public:
@@ -64,11 +14,27 @@ class InlineWorkers final : public Workers {
 
 }  // namespace
 
-std::unique_ptr<Workers> makeThreadWorkers(int threads) {
-  return std::make_unique<ThreadWorkers>(threads > 0 ? threads : std::max(1, hardwareThreads() - 1));
-}
 std::unique_ptr<Workers> makeInlineWorkers() {
   return std::make_unique<InlineWorkers>();
+}
+
+void SlicedWorkers::submit(std::function<void()> job) {
+  jobs_.push_back(std::move(job));
+}
+
+int SlicedWorkers::work(double seconds) {
+  const auto begun = std::chrono::steady_clock::now();
+  int done = 0;
+  // note: a job may submit others.
+  while (!jobs_.empty()) {
+    const std::function<void()> job = std::move(jobs_.front());
+    jobs_.pop_front();
+    job();
+    ++done;
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begun;
+    if (spent.count() >= seconds) break;
+  }
+  return done;
 }
 
 }  // namespace terrane

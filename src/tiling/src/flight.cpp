@@ -178,6 +178,32 @@ glm::dvec2 lowestAround(glm::dvec2 middle, double radius, const FlightGround& gr
   return best;
 }
 
+/// The parser's own words for what is wrong with a text, and where. (Its other way to tell is to throw.)
+std::string whyNotJson(const std::string& text) {
+  struct Listener final : nlohmann::json_sax<Json> {
+    bool null() override { return true; }
+    bool boolean(bool) override { return true; }
+    bool number_integer(Json::number_integer_t) override { return true; }
+    bool number_unsigned(Json::number_unsigned_t) override { return true; }
+    bool number_float(Json::number_float_t, const std::string&) override { return true; }
+    bool string(std::string&) override { return true; }
+    bool binary(Json::binary_t&) override { return true; }
+    bool start_object(size_t) override { return true; }
+    bool key(std::string&) override { return true; }
+    bool end_object() override { return true; }
+    bool start_array(size_t) override { return true; }
+    bool end_array() override { return true; }
+    bool parse_error(size_t, const std::string&, const nlohmann::detail::exception& error) override {
+      words = error.what();
+      return false;
+    }
+    std::string words;
+  };
+  Listener listener;
+  Json::sax_parse(text, &listener);
+  return listener.words;
+}
+
 bool allFinite(const FlightGround& ground) {
   return std::isfinite(ground.southWestLocal.x) && std::isfinite(ground.southWestLocal.y) &&
          std::isfinite(ground.northEastLocal.x) && std::isfinite(ground.northEastLocal.y) &&
@@ -190,12 +216,8 @@ Result<Flight> flightFromJson(const std::string& text, const std::string& where)
   if (text.size() > kMaxTextBytes) {
     return makeError("{}: a flight of {} bytes; at most {} are read", where, text.size(), kMaxTextBytes);
   }
-  Json json;
-  try {
-    json = Json::parse(text);
-  } catch (const Json::exception& failure) {
-    return makeError("{}: not JSON: {}", where, failure.what());
-  }
+  const Json json = Json::parse(text, nullptr, false);
+  if (json.is_discarded()) return makeError("{}: not JSON: {}", where, whyNotJson(text));
   if (!json.is_object() || !json.contains("terraneFlight")) {
     return makeError("{}: not a flight: it must be an object with \"terraneFlight\": 1 (docs/flights.md)",
                      where);

@@ -145,6 +145,7 @@ TEST(Flight, SaysWhatIsWrong) {
   };
   EXPECT_EQ(message(withKeys(R"([{"time": 0, "eye": [0, 0, 1]}])")), "fine");
   EXPECT_NE(message("{").find("not JSON"), std::string::npos);
+  EXPECT_NE(message("{\n  7").find("line 2"), std::string::npos) << message("{\n  7");
   EXPECT_NE(message("[]").find("not a flight"), std::string::npos);
   EXPECT_NE(message(R"({"terraneFlight": 2})").find("version"), std::string::npos);
   EXPECT_NE(message(withKeys("[]")).find("\"keys\""), std::string::npos);

@@ -38,11 +38,15 @@ struct Workarounds {
   /// Running the fragment shader once a sample costs far more than drawing a larger picture: llvmpipe takes
   /// three times as long. Then a larger picture is drawn and shrunk instead.
   bool slowSampleShading = false;
-  /// No timer query. OpenGL ES without EXT_disjoint_timer_query. Then GPU times are not reported.
+  /// No timer query that can be waited for. OpenGL ES without EXT_disjoint_timer_query, and browsers. Then
+  /// GPU times are not reported.
   bool noTimerQuery = false;
+  /// Asking for errors waits until another process has done all that it was told: browsers. Then only what
+  /// may run out of memory asks, not every frame.
+  bool slowErrors = false;
 };
 
-/// An OpenGL context, current on the thread that made it, without a window. All objects of this folder belong
+/// An OpenGL context, current on the thread that made it, without a window, or of a page's canvas. All objects of this folder belong
 /// to the context that is current when they are made, are used on that thread only, and must be destroyed
 /// before the context is.
 class Context {
@@ -51,9 +55,14 @@ class Context {
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
-  /// A context for drawing into framebuffers only. Takes a GPU where there is one, else Mesa's software
+  /// Outside browsers: a context for drawing into framebuffers only. Takes a GPU where there is one, else Mesa's software
   /// rasteriser. Fails where neither is installed.
   static Result<std::unique_ptr<Context>> createHeadless(const ContextOptions& options = {});
+
+  /// In browsers: the WebGL2 context of the canvas that a CSS selector names. Pictures come onto it by
+  /// Framebuffer::copyToWindow(). Fails where the browser has no WebGL2, or not enough of it.
+  static Result<std::unique_ptr<Context>> createOnCanvas(const std::string& selector,
+                                                         const ContextOptions& options = {});
 
   /// Makes this context the calling thread's current one.
   virtual void makeCurrent() = 0;
@@ -74,8 +83,13 @@ class Context {
   /// Clip space's depth: from 0 to 1, or OpenGL's own -1 to 1 (as it is at first). Not with noClipControl.
   void setClipDepthZeroToOne(bool zeroToOne) const;
 
+  /// Runs the fragment shader for every sample, or once a pixel (as it is at first). Not with noSampleShading.
+  void setSampleShading(bool everySample) const;
+
   /// An error if OpenGL has reported one since the last call; `doing` says what was being done.
   Status checkErrors(const std::string& doing) const;
+  /// The same after each frame; with slowErrors nothing is asked.
+  Status checkFrame(const std::string& doing) const;
 
  protected:
   Context() = default;

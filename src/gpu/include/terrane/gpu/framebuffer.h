@@ -33,6 +33,10 @@ class Framebuffer {
   /// Averages the samples of this picture into one of the same size and format with one sample.
   void resolveInto(const Framebuffer& target) const;
 
+  /// Copies the colours (RGBA8, one sample) into the window's own picture, a page's canvas, from its lower left
+  /// corner on: what is seen there when the caller gives way to the window system.
+  void copyToWindow() const;
+
   /// The colours of an RGBA8 picture with one sample, row by row from the **top**, four bytes a pixel.
   std::vector<uint8_t> readRgba8() const;
   /// The colours of an RGBA32F picture with one sample, row by row from the **top**, four floats a pixel.

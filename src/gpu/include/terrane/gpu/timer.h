@@ -22,7 +22,7 @@ class Timer {
 
  private:
   bool works_ = false;
-  bool isGles_ = false;
+  Api api_ = Api::OpenGl;
   bool ended_ = false;
   std::chrono::steady_clock::time_point began_;
   Name<deleteQuery> query_;

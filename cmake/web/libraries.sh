@@ -1,0 +1,95 @@
+#!/usr/bin/env bash
+# Compiles the third-party libraries that the WebAssembly build needs, from Debian's sources: `libraries.sh PREFIX`.
+#
+# apt fetches the sources and checks them against Debian's signatures; root is not needed. What is done is not done
+# again. CMake then finds in PREFIX what it finds in /usr for a native build, under the same names.
+set -euo pipefail
+
+prefix=$(mkdir -p "$1" && cd "$1" && pwd)
+readonly prefix work=$prefix/work
+readonly sources=(fmtlib libjpeg-turbo libwebp libzstd zlib)
+
+# Not /usr/lib/emscripten's default: acorn, which emcc links with, is a Debian package of its own.
+export NODE_PATH=/usr/share/nodejs
+readonly flags="-O3 -msimd128"
+toolchain=$(dirname "$(readlink -f "$(command -v emcc)")")/cmake/Modules/Platform/Emscripten.cmake
+readonly toolchain
+
+# apt with lists and archives of its own, so that nobody's /etc/apt must name sources.
+apt_own() {
+  local command=$1
+  shift
+  "$command" -q -o Dir::State="$work/apt/state" -o Dir::Cache="$work/apt/cache" -o Dir::Etc::sourcelist="$work/apt/sources.list" \
+    -o Dir::Etc::sourceparts=- -o APT::Sandbox::User= -o Acquire::Languages=none -o Dir::State::status=/var/lib/dpkg/status "$@"
+}
+
+# The servers that this machine takes its packages from, or Debian's own.
+source_lines() {
+  local lines
+  # Of equal versions apt takes the first one: rather from the main archive, the one that mirrors keep whole.
+  lines=$(apt-get indextargets 'Created-By: Packages' 'Origin: Debian' --format '$(REPO_URI) $(RELEASE) $(COMPONENT)' 2>/dev/null |
+    sort -u | awk '{ print ($2 ~ /security/), $0 }' | sort -s -k 1,1 | cut -d ' ' -f 2-)
+  [[ -n $lines ]] || lines='http://deb.debian.org/debian bookworm main
+http://deb.debian.org/debian-security bookworm-security main'
+  sed 's,^,deb-src [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] ,' <<<"$lines"
+}
+
+fetch_sources() {
+  mkdir -p "$work"/apt/state/lists/partial "$work"/apt/cache/archives/partial
+  source_lines >"$work/apt/sources.list"
+  apt_own apt-get update
+  cd "$work"
+  local name
+  for name in "${sources[@]}"; do
+    [[ ! -d $name ]] || continue
+    rm -rf "$name" "$name"-[0-9]*
+    apt_own apt-get source "$name"
+    mv "$name"-[0-9]* "$name"
+  done
+}
+
+# One CMake project: NAME, its folder, and its options.
+compile() {
+  local name=$1 folder=$2
+  shift 2
+  echo "compiling $name for WebAssembly"
+  cmake -G Ninja -S "$folder" -B "$work/build/$name" -DCMAKE_TOOLCHAIN_FILE="$toolchain" -DCMAKE_BUILD_TYPE=Release \
+    -DCMAKE_C_FLAGS="$flags" -DCMAKE_CXX_FLAGS="$flags" -DCMAKE_C_FLAGS_RELEASE=-DNDEBUG -DCMAKE_CXX_FLAGS_RELEASE=-DNDEBUG \
+    -DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_INSTALL_PREFIX="$prefix" \
+    -DCMAKE_FIND_ROOT_PATH="$prefix" -DBUILD_SHARED_LIBS=OFF -Wno-dev "$@"
+  cmake --build "$work/build/$name" --target install
+}
+
+# note: zlib's CMake wants files of Windows that Debian's sources do not have.
+compile_zlib() {
+  echo "compiling zlib for WebAssembly"
+  cd "$work/zlib"
+  CC="ccache emcc" AR=emar RANLIB=emranlib CFLAGS="$flags -DNDEBUG" ./configure --static --prefix="$prefix"
+  make -j"$(nproc)" libz.a
+  make install
+}
+
+# Libraries that are headers only: the very files of the native build, without the rest of /usr/include.
+link_headers() {
+  local name
+  mkdir -p "$prefix/include" "$prefix/share/cmake"
+  for name in glm nlohmann; do ln -sfn "/usr/include/$name" "$prefix/include/$name"; done
+  for name in glm nlohmann_json; do cp -r "/usr/share/cmake/$name" "$prefix/share/cmake/"; done
+}
+
+main() {
+  mkdir -p "$work"
+  link_headers
+  fetch_sources
+  compile fmt "$work/fmtlib" -DFMT_TEST=OFF -DFMT_DOC=OFF
+  compile_zlib
+  compile zstd "$work/libzstd/build/cmake" -DZSTD_BUILD_PROGRAMS=OFF -DZSTD_BUILD_SHARED=OFF -DZSTD_MULTITHREAD_SUPPORT=OFF
+  # note: CMake reads the sizes of types out of a program wrongly where that is WebAssembly.
+  compile jpeg "$work/libjpeg-turbo" -DHAVE_SIZE_T=1 -DSIZE_T=4 -DHAVE_UNSIGNED_LONG=1 -DUNSIGNED_LONG=4 -DENABLE_SHARED=OFF -DWITH_SIMD=OFF -DWITH_TURBOJPEG=OFF
+  compile webp "$work/libwebp" -DWEBP_BUILD_ANIM_UTILS=OFF -DWEBP_BUILD_CWEBP=OFF -DWEBP_BUILD_DWEBP=OFF \
+    -DWEBP_BUILD_GIF2WEBP=OFF -DWEBP_BUILD_IMG2WEBP=OFF -DWEBP_BUILD_VWEBP=OFF -DWEBP_BUILD_WEBPINFO=OFF \
+    -DWEBP_BUILD_WEBPMUX=OFF -DWEBP_BUILD_EXTRAS=OFF -DWEBP_ENABLE_SIMD=OFF
+  compile googletest /usr/src/googletest -DINSTALL_GTEST=ON -DBUILD_GMOCK=OFF
+}
+
+main
