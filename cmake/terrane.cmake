@@ -1,10 +1,10 @@
-# terrane_folder(NAME SOURCES ... LINK ... PRIVATE_LINK ... TESTS ...)
+# terrane_folder(NAME SOURCES ... LINK ... PRIVATE_LINK ... TESTS ... TEST_LINK ... TEST_FIXTURES ...)
 #
 # One folder of src/: a static library `terrane_NAME` whose public headers are include/terrane/NAME,
 # and one GoogleTest program `test_NAME` from the files in test/. A folder sees only the headers of the
 # folders that it links, so an include against the flow of the data fails to compile.
 function(terrane_folder name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRIVATE_LINK;TESTS;TEST_LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRIVATE_LINK;TESTS;TEST_LINK;TEST_FIXTURES" ${ARGN})
   set(target terrane_${name})
   if(ARG_SOURCES)
     add_library(${target} STATIC ${ARG_SOURCES})
@@ -26,7 +26,7 @@ function(terrane_folder name)
       # In node, with its files.
       target_link_options(test_${name} PRIVATE -sNODERAWFS=1 -sEXIT_RUNTIME=1 -sALLOW_MEMORY_GROWTH=1)
     endif()
-    gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${name})
+    gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${name} FIXTURES_REQUIRED "${ARG_TEST_FIXTURES}")
   endif()
 endfunction()
 

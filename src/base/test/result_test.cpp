@@ -31,10 +31,6 @@ TEST(Result, CarriesValuesAndErrorsThroughCallers) {
   EXPECT_FALSE(checkDigit('?').ok());
 }
 
-TEST(Result, AskingAFailedResultForItsValueIsABrokenContract) {
-  EXPECT_DEATH((void)parseDigit('x').value(), "'x' is not a digit");
-}
-
 TEST(FormatNumber, ReadsWell) {
   EXPECT_EQ(formatBytes(17), "17 bytes");
   EXPECT_EQ(formatBytes(1500), "1.50 kB");

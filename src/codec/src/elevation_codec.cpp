@@ -1,7 +1,6 @@
 #include "terrane/codec/elevation_codec.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <memory>
 
@@ -13,6 +12,7 @@
 #include "rans.h"
 #include "sample_coding.h"
 #include "sample_lattice.h"
+#include "terrane/base/bit_cast.h"
 #include "terrane/base/check.h"
 
 // docs/format/elevation-v4.md specifies every byte that is written and read here.
@@ -143,7 +143,7 @@ Status readCorners(ByteReader& in, const ElevationScale& scale, TileSamples& sam
         return makeError("byte {}: corner {} at step {}", start, i, q);
       height = scale.heightFromInteger(q);
     } else {
-      height = std::bit_cast<float>(bits);
+      height = bitCast<float>(bits);
       // note: written so that NaN fails.
       if (!(std::abs(height) <= largest)) return makeError("byte {}: corner {} at {} m", start, i, height);
     }
@@ -164,7 +164,7 @@ void writeCorners(const TileSamples& samples, const ElevationScale& scale, ByteW
   for (size_t i = 0; i < kCorners.size(); ++i) {
     const float height = samples.heights[static_cast<size_t>(kCorners[i])];
     out.uint32((coded >> i & 1U) != 0 ? static_cast<uint32_t>(integerOfCoded(height, scale))
-                                      : std::bit_cast<uint32_t>(height));
+                                      : bitCast<uint32_t>(height));
   }
 }
 

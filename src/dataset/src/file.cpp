@@ -113,7 +113,7 @@ Status File::syncAndClose() {
 Result<std::string> readTextFile(const std::string& path) {
   TERRANE_ASSIGN(const File file, File::openForReading(path));
   TERRANE_ASSIGN(const uint64_t size, file.size());
-  std::string text(size, '\0');
+  std::string text(static_cast<size_t>(size), '\0');
   TERRANE_TRY(file.read(0, {reinterpret_cast<uint8_t*>(text.data()), text.size()}));
   return text;
 }

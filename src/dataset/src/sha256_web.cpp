@@ -57,7 +57,8 @@ void compress(Words& hash, const Block& block) {
 }  // namespace
 
 struct Sha256::State {
-  Words hash = {0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a, 0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
+  Words hash = {0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
+                0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
   Block block{};
   size_t filled = 0;
   uint64_t bytes = 0;

@@ -2,43 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <thread>
-
-#include "example_manifest.h"
-#include "temporary_directory.h"
-#include "terrane/dataset/hash.h"
-#include "terrane/dataset/pmtiles.h"
+#include "small_dataset.h"
 
 namespace terrane {
 namespace {
-
-/// A dataset of three tiles whose payloads are nothing in particular.
-class DatasetTest : public testing::Test {
- protected:
-  void SetUp() override {
-    auto writer = PmtilesWriter::create(archive());
-    ASSERT_TRUE(writer.ok()) << writer.error().message;
-    ASSERT_TRUE(writer->add({0, 0, 0}, std::vector<uint8_t>{1, 2, 3}).ok());
-    ASSERT_TRUE(writer->add({1, 0, 0}, std::vector<uint8_t>{4, 5}).ok());
-    ASSERT_TRUE(writer->add({1, 1, 1}, std::vector<uint8_t>{6}).ok());
-    ASSERT_TRUE(writer->finish("{}").ok());
-    manifest_ = exampleManifest();
-    manifest_.imagery.clear();
-    manifest_.tileCount = 3;
-    const std::string bytes = readWholeFile(archive());
-    manifest_.archives = {{"elevation.pmtiles", bytes.size(), sha256(bytes)}};
-    writeManifest();
-  }
-  void writeManifest() { writeWholeFile(directory_.file("manifest.json"), manifestToJson(manifest_)); }
-  std::string archive() const { return directory_.file("elevation.pmtiles"); }
-  std::string openError() const {
-    const auto dataset = Dataset::open(directory_.file(""));
-    return dataset.ok() ? "no error" : dataset.error().message;
-  }
-
-  TemporaryDirectory directory_;
-  Manifest manifest_;
-};
 
 TEST_F(DatasetTest, ReadsWhatIsThere) {
   const auto dataset = Dataset::open(directory_.file(""));
@@ -52,19 +19,6 @@ TEST_F(DatasetTest, ReadsWhatIsThere) {
   EXPECT_EQ(dataset->bytesRead(), 2U);
   SilentProgress progress;
   EXPECT_TRUE(checkArchives(*dataset, progress).ok());
-}
-
-TEST_F(DatasetTest, ManyThreadsReadAtOnce) {
-  const auto dataset = Dataset::open(directory_.file(""));
-  ASSERT_TRUE(dataset.ok());
-  std::vector<std::thread> threads;
-  for (int t = 0; t < 4; ++t) {
-    threads.emplace_back([&] {
-      for (int i = 0; i < 500; ++i) EXPECT_EQ(dataset->readElevation({0, 0, 0}).value()->size(), 3U);
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(dataset->bytesRead(), 4U * 500U * 3U);
 }
 
 TEST_F(DatasetTest, EveryChangedByteOfAnArchiveIsSeen) {

@@ -44,7 +44,8 @@ TEST(PmtilesIndex, FindsWhatTheReaderReadsOnceDirectoriesAreThere) {
       const TileId id = tileIdFromPmtiles(number);
       PmtilesIndex::Found found = index->find(id);
       if (found.kind == PmtilesIndex::Kind::InDirectory) {
-        const auto bytes = std::span(archive).subspan(found.place.offset, found.place.bytes);
+        const auto bytes = std::span(archive).subspan(static_cast<size_t>(found.place.offset),
+                                                      static_cast<size_t>(found.place.bytes));
         EXPECT_FALSE(index->addDirectory(found.place, bytes.first(bytes.size() / 2)).ok());
         ASSERT_TRUE(index->addDirectory(found.place, bytes).ok());
         ++directories;
@@ -54,7 +55,8 @@ TEST(PmtilesIndex, FindsWhatTheReaderReadsOnceDirectoriesAreThere) {
       ASSERT_TRUE(expected.ok());
       ASSERT_EQ(found.kind == PmtilesIndex::Kind::Stored, expected->has_value()) << number;
       if (!expected->has_value()) continue;
-      const auto bytes = std::span(archive).subspan(found.place.offset, found.place.bytes);
+      const auto bytes = std::span(archive).subspan(static_cast<size_t>(found.place.offset),
+                                                    static_cast<size_t>(found.place.bytes));
       ASSERT_TRUE(std::equal(bytes.begin(), bytes.end(), (*expected)->begin(), (*expected)->end()));
     }
     EXPECT_EQ(directories > 0, ids > 1000);

@@ -149,7 +149,8 @@ TEST(Pmtiles, AnArchiveGoesOnFromAnyTileAndGetsTheSameBytes) {
   for (uint64_t id = 0; id < 40; ++id) {
     // Some runs of equal tiles, and gaps.
     if (id % 9 == 8) continue;
-    tiles[id] = id % 5 < 2 && tiles.count(id - 1) != 0 ? tiles[id - 1] : randomBytes(30 + id, random);
+    tiles[id] = id % 5 < 2 && tiles.count(id - 1) != 0 ? tiles[id - 1]
+                                                       : randomBytes(30 + static_cast<size_t>(id), random);
   }
   writeArchive(directory.file("whole"), tiles);
   const std::string whole = readWholeFile(directory.file("whole"));

@@ -7,7 +7,8 @@
 /// Clip control is not in emscripten's own library.
 EM_JS(void, terrane_set_clip_depth, (bool zeroToOne), {
   const control = GLctx.getExtension("EXT_clip_control");
-  control.clipControlEXT(control.LOWER_LEFT_EXT, zeroToOne ? control.ZERO_TO_ONE_EXT : control.NEGATIVE_ONE_TO_ONE_EXT);
+  control.clipControlEXT(control.LOWER_LEFT_EXT,
+                         zeroToOne ? control.ZERO_TO_ONE_EXT : control.NEGATIVE_ONE_TO_ONE_EXT);
 });
 
 namespace terrane::gpu::driver {

@@ -1,7 +1,7 @@
 #include "patch_instances.h"
+#include "terrane/base/bit_cast.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <unordered_set>
 
@@ -80,8 +80,8 @@ Result<PatchInstances> makePatchInstances(const Cut& cut, const Frame& frame, La
         static_cast<float>(place.unit * scale),
         static_cast<float>(powerOfTwo(shadingId.level - frame.finestLevel))};
     instance.layers = {shading->layer, shading->coverageLayer, tileColor(patch.tile),
-                       std::bit_cast<int32_t>(patch.errorPixels)};
-    instance.imagery[1] = std::bit_cast<int32_t>(patch.morph);
+                       bitCast<int32_t>(patch.errorPixels)};
+    instance.imagery[1] = bitCast<int32_t>(patch.morph);
     if (imagery != nullptr) instance.imagery[0] = imagery->addPage(lattice, patch.triangle, shadingId);
     out.byTemplate[static_cast<size_t>(patch.triangle.diamond.level & 1)].push_back(instance);
   }

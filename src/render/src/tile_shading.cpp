@@ -1,8 +1,8 @@
 #include "tile_shading.h"
 
 #include <algorithm>
-#include <bit>
 
+#include "terrane/base/bit_cast.h"
 #include "terrane/base/check.h"
 
 namespace terrane {
@@ -11,12 +11,12 @@ namespace {
 
 /// Half precision, nearest, values beyond its range clamped.
 uint32_t halfFromFloat(float value) {
-  const auto bits = std::bit_cast<uint32_t>(std::clamp(value, -65504.0F, 65504.0F));
+  const auto bits = bitCast<uint32_t>(std::clamp(value, -65504.0F, 65504.0F));
   const uint32_t sign = bits >> 16 & 0x8000U;
   const uint32_t magnitude = bits & 0x7fffffffU;
   // Below 2^-14 halves are multiples of 2^-24.
   if (magnitude < 0x38800000U)
-    return sign | static_cast<uint32_t>(std::bit_cast<float>(magnitude) * 16777216.0F + 0.5F);
+    return sign | static_cast<uint32_t>(bitCast<float>(magnitude) * 16777216.0F + 0.5F);
   return sign | ((magnitude - 0x38000000U + 0x1000U) >> 13);
 }
 

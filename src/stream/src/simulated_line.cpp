@@ -39,7 +39,7 @@ void SimulatedLine::spoil(Underway& underway, const FetchRequest& request) {
 
   const bool isOut = std::any_of(faults_.outages.begin(), faults_.outages.end(),
                                  [&](const auto& span) { return now_ >= span.first && now_ < span.second; });
-  const size_t range = std::hash<std::string>{}(request.file) ^ (request.offset * 0x9e3779b97f4a7c15ULL);
+  const uint64_t range = std::hash<std::string>{}(request.file) ^ (request.offset * 0x9e3779b97f4a7c15ULL);
   const double share = static_cast<double>((range * 0xff51afd7ed558ccdULL) >> 40U) / 16777216.0;
   double border = 0.0;
   const auto isKind = [&](double part) {

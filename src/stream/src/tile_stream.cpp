@@ -69,7 +69,7 @@ class TileStream::State {
     shelf_.keepWithinBudgets(turn_);
     startDecoding();
     // note: workers that do their jobs at once have finished by now, and their children can begin.
-    for (size_t before = 0; before != statistics_.tilesDecoded;) {
+    for (uint64_t before = 0; before != statistics_.tilesDecoded;) {
       before = statistics_.tilesDecoded;
       takeMade();
       startDecoding();

@@ -2,16 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <random>
-#include <thread>
 
-#include "function_source.h"
+#include "made_dataset.h"
 #include "temporary_directory.h"
-#include "terrane/bake/build.h"
 #include "terrane/codec/elevation_codec.h"
 #include "terrane/dataset/dataset.h"
 #include "terrane/stream/simulated_line.h"
@@ -24,20 +20,8 @@ class TileStreamTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryDirectory();
-    BuildOptions options;
-    options.output = folder_->file("made.terrane");
-    const auto hills = [](int64_t x, int64_t y) {
-      const double u = static_cast<double>(x), v = static_cast<double>(y);
-      return static_cast<float>(300.0 * std::sin(u / 61.0) * std::cos(v / 83.0) +
-                                20.0 * std::sin(u / 5.0 + v / 7.0));
-    };
-    const FunctionSource source({{.level = 3, .x0 = 0, .y0 = 0, .x1 = 1600, .y1 = 1400, .height = hills}},
-                                0.1, 0.05);
-    SilentProgress silent;
-    const auto built = buildDataset(source, options, silent);
-    ASSERT_TRUE(built.ok()) << built.error().message;
-    auto dataset = Dataset::open(options.output);
-    ASSERT_TRUE(dataset.ok());
+    auto dataset = Dataset::open(madeDataset(*folder_));
+    ASSERT_TRUE(dataset.ok()) << dataset.error().message;
     dataset_ = new Dataset(std::move(*dataset));
   }
   static void TearDownTestSuite() {
@@ -344,25 +328,6 @@ TEST_F(TileStreamTest, ABrokenDatasetFailsWithWords) {
     EXPECT_EQ(stream.phase(), StreamPhase::Failed);
     EXPECT_NE(stream.problem().find("manifest.json"), std::string::npos) << stream.problem();
   }
-}
-
-/// Real threads and files: the same tiles.
-TEST_F(TileStreamTest, ADirectoryStreamsThroughThreads) {
-  const auto workers = makeThreadWorkers(2);
-  TileStream stream(openTransport(dataset_->directory()), *workers);
-  const auto until = [&](const auto& isDone) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    double now = 0.0;
-    while (!isDone() && std::chrono::steady_clock::now() < deadline) {
-      stream.poll(now += 0.001);
-      std::this_thread::yield();
-    }
-    return isDone();
-  };
-  ASSERT_TRUE(until([&] { return stream.phase() == StreamPhase::Ready; })) << stream.problem();
-  stream.want(allWishes());
-  ASSERT_TRUE(until([&] { return stream.isIdle(); }));
-  for (const auto& [id, tile] : truth()) expectTrue(stream, id);
 }
 
 }  // namespace

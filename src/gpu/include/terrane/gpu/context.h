@@ -46,17 +46,17 @@ struct Workarounds {
   bool slowErrors = false;
 };
 
-/// An OpenGL context, current on the thread that made it, without a window, or of a page's canvas. All objects of this folder belong
-/// to the context that is current when they are made, are used on that thread only, and must be destroyed
-/// before the context is.
+/// An OpenGL context, current on the thread that made it, without a window, or of a page's canvas. All
+/// objects of this folder belong to the context that is current when they are made, are used on that thread
+/// only, and must be destroyed before the context is.
 class Context {
  public:
   virtual ~Context() = default;
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
-  /// Outside browsers: a context for drawing into framebuffers only. Takes a GPU where there is one, else Mesa's software
-  /// rasteriser. Fails where neither is installed.
+  /// Outside browsers: a context for drawing into framebuffers only. Takes a GPU where there is one, else
+  /// Mesa's software rasteriser. Fails where neither is installed.
   static Result<std::unique_ptr<Context>> createHeadless(const ContextOptions& options = {});
 
   /// In browsers: the WebGL2 context of the canvas that a CSS selector names. Pictures come onto it by
@@ -83,7 +83,8 @@ class Context {
   /// Clip space's depth: from 0 to 1, or OpenGL's own -1 to 1 (as it is at first). Not with noClipControl.
   void setClipDepthZeroToOne(bool zeroToOne) const;
 
-  /// Runs the fragment shader for every sample, or once a pixel (as it is at first). Not with noSampleShading.
+  /// Runs the fragment shader for every sample, or once a pixel (as it is at first). Not with
+  /// noSampleShading.
   void setSampleShading(bool everySample) const;
 
   /// An error if OpenGL has reported one since the last call; `doing` says what was being done.

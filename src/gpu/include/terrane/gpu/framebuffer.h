@@ -33,8 +33,8 @@ class Framebuffer {
   /// Averages the samples of this picture into one of the same size and format with one sample.
   void resolveInto(const Framebuffer& target) const;
 
-  /// Copies the colours (RGBA8, one sample) into the window's own picture, a page's canvas, from its lower left
-  /// corner on: what is seen there when the caller gives way to the window system.
+  /// Copies the colours (RGBA8, one sample) into the window's own picture, a page's canvas, from its lower
+  /// left corner on: what is seen there when the caller gives way to the window system.
   void copyToWindow() const;
 
   /// The colours of an RGBA8 picture with one sample, row by row from the **top**, four bytes a pixel.

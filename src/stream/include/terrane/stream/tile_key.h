@@ -23,7 +23,8 @@ struct TileKey {
 
 struct TileKeyHash {
   size_t operator()(const TileKey& key) const {
-    return TileIdHash{}(key.tile) ^ static_cast<size_t>(key.layer + 1) * 0x9e3779b97f4a7c15ULL;
+    const uint64_t mixed = static_cast<uint64_t>(key.layer + 1) * 0x9e3779b97f4a7c15ULL;
+    return TileIdHash{}(key.tile) ^ static_cast<size_t>(mixed);
   }
 };
 

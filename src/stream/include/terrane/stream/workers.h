@@ -28,8 +28,8 @@ class SlicedWorkers final : public Workers {
   /// Few, so that what becomes urgent does not stand behind what was.
   int width() const override { return 4; }
 
-  /// Does jobs in the order in which they came until `seconds` have passed or none is left, at least one if there
-  /// is one; the last may take longer. Returns how many.
+  /// Does jobs in the order in which they came until `seconds` have passed or none is left, at least one if
+  /// there is one; the last may take longer. Returns how many.
   int work(double seconds);
   bool isIdle() const { return jobs_.empty(); }
 
