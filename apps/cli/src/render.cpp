@@ -13,6 +13,7 @@
 #include "picture_options.h"
 #include "terrane/bake/position_raster.h"
 #include "terrane/base/format_number.h"
+#include "terrane/engine/default_style.h"
 #include "terrane/engine/read_flight.h"
 #include "terrane/engine/terrain.h"
 
@@ -92,23 +93,6 @@ Result<double> parseDirection(const std::string& text) {
       "--look-from {}: expected N, NE, E, SE, S, SW, W, NW, above, or degrees clockwise from north", text);
 }
 
-/// The water level that a dataset seems to have: its sea stands at 0 when the lowest ground is about there.
-std::optional<double> seaLevel(const Manifest& manifest) {
-  if (manifest.minHeight > 0.0 || manifest.minHeight < -450.0 || manifest.maxHeight < 5.0)
-    return std::nullopt;
-  return 0.0;
-}
-
-/// Somewhere without meadows: an ellipsoid that is not about the Earth's size.
-bool isBareWorld(const Manifest& manifest) {
-  const size_t ellipsoid = manifest.crsWkt.find("ELLIPSOID[\"");
-  const size_t comma =
-      ellipsoid == std::string::npos ? ellipsoid : manifest.crsWkt.find("\",", ellipsoid + 11);
-  if (comma == std::string::npos) return false;
-  const double radiusMeters = std::atof(manifest.crsWkt.c_str() + comma + 2);
-  return radiusMeters > 0.0 && (radiusMeters < 6.3e6 || radiusMeters > 6.45e6);
-}
-
 class RenderCommand {
  public:
   explicit RenderCommand(RenderOptions& options) : options_(options), progress_(makeProgress(options.talk)) {}
@@ -143,14 +127,14 @@ class RenderCommand {
       TERRANE_TRY(terrain_->showImagery({}));
     else if (!options_.imagery.empty())
       TERRANE_TRY(terrain_->showImagery(options_.imagery));
-    options_.style.lowMeters = manifest.minHeight;
-    options_.style.highMeters = std::max(manifest.maxHeight, manifest.minHeight + 1.0);
-    options_.style.palette =
-        options_.palette == "grey" || (options_.palette == "auto" && isBareWorld(manifest))
-            ? Palette::grey()
-            : Palette::forGround(manifest.maxHeight);
+    const RenderStyle suited = defaultStyle(manifest);
+    options_.style.lowMeters = suited.lowMeters;
+    options_.style.highMeters = suited.highMeters;
+    options_.style.palette = options_.palette == "grey"   ? Palette::grey()
+                             : options_.palette == "land" ? Palette::forGround(manifest.maxHeight)
+                                                          : suited.palette;
     if (options_.water == "auto") {
-      options_.style.waterLevelMeters = seaLevel(manifest);
+      options_.style.waterLevelMeters = suited.waterLevelMeters;
     } else if (options_.water != "off") {
       double level = 0.0;
       char tail = 0;
