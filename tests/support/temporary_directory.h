@@ -15,9 +15,11 @@ class TemporaryDirectory {
  public:
   TemporaryDirectory() {
     static std::atomic<int> count{0};
-    path_ = std::filesystem::temp_directory_path() /
-            ("terrane_test_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
-    std::filesystem::create_directories(path_);
+    // note: in WebAssembly every process has the same number.
+    do {
+      path_ = std::filesystem::temp_directory_path() /
+              ("terrane_test_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
+    } while (!std::filesystem::create_directory(path_));
   }
   ~TemporaryDirectory() {
     std::error_code ignored;

@@ -1,23 +1,16 @@
 #include "terrane/dataset/pmtiles.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <map>
 #include <random>
 
 #include "pmtiles_format.h"
+#include "random_bytes.h"
 #include "temporary_directory.h"
 
 namespace terrane {
 namespace {
-
-std::vector<uint8_t> randomBytes(size_t size, std::mt19937& random) {
-  std::vector<uint8_t> bytes(size);
-  for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random());
-  return bytes;
-}
 
 /// Writes tiles by ascending id and closes the archive.
 void writeArchive(const std::string& path, const std::map<uint64_t, std::vector<uint8_t>>& tiles) {
@@ -177,36 +170,6 @@ TEST(Pmtiles, AnArchiveGoesOnFromAnyTileAndGetsTheSameBytes) {
   EXPECT_FALSE(PmtilesWriter::goOn(path, places).ok());
   places[3].offset += 1;
   EXPECT_FALSE(PmtilesWriter::goOn(path, places).ok());
-}
-
-TEST(Pmtiles, ADiskThatIsFullIsAnErrorAndLeavesNothing) {
-  TemporaryDirectory directory;
-  const std::string path = directory.file("large.pmtiles");
-  std::mt19937 random(9);
-
-  // A limit on the size of files stands for the disk; the signal that comes with it is not wanted.
-  const auto oldHandler = ::signal(SIGXFSZ, SIG_IGN);
-  rlimit oldLimit{};
-  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &oldLimit), 0);
-  const rlimit tight{50'000, oldLimit.rlim_max};
-  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &tight), 0);
-  Status status;
-  {
-    auto writer = PmtilesWriter::create(path);
-    ASSERT_TRUE(writer.ok());
-    for (uint64_t id = 0; id < 100 && status.ok(); ++id) {
-      const auto place = writer->add(tileIdFromPmtiles(id), randomBytes(1000, random));
-      if (!place.ok()) status = place.error();
-    }
-    if (status.ok()) status = writer->finish("{}");
-  }
-  ::setrlimit(RLIMIT_FSIZE, &oldLimit);
-  ::signal(SIGXFSZ, oldHandler);
-
-  ASSERT_FALSE(status.ok());
-  EXPECT_NE(status.error().message.find("large.pmtiles: cannot write"), std::string::npos)
-      << status.error().message;
-  EXPECT_FALSE(std::filesystem::exists(path));
 }
 
 TEST(Pmtiles, EveryTruncatedLengthIsSeenAtOpen) {

@@ -1,7 +1,6 @@
 #include "terrane/stream/simulated_line.h"
 
 #include <algorithm>
-#include <functional>
 
 #include "file_range.h"
 
@@ -10,6 +9,13 @@ namespace {
 
 /// What an answer without a body takes on the line.
 constexpr double kHeaderBytes = 250.0;
+
+/// FNV-1a: the same on every machine, as what a line does should be.
+uint64_t hashOf(const std::string& text) {
+  uint64_t hash = 0xcbf29ce484222325ULL;
+  for (const char c : text) hash = (hash ^ static_cast<uint8_t>(c)) * 0x100000001b3ULL;
+  return hash;
+}
 
 }  // namespace
 
@@ -39,7 +45,8 @@ void SimulatedLine::spoil(Underway& underway, const FetchRequest& request) {
 
   const bool isOut = std::any_of(faults_.outages.begin(), faults_.outages.end(),
                                  [&](const auto& span) { return now_ >= span.first && now_ < span.second; });
-  const uint64_t range = std::hash<std::string>{}(request.file) ^ (request.offset * 0x9e3779b97f4a7c15ULL);
+  uint64_t range = hashOf(request.file) ^ (request.offset * 0x9e3779b97f4a7c15ULL);
+  range ^= range >> 32U;
   const double share = static_cast<double>((range * 0xff51afd7ed558ccdULL) >> 40U) / 16777216.0;
   double border = 0.0;
   const auto isKind = [&](double part) {

@@ -265,7 +265,7 @@ TEST_F(TileStreamTest, AServerThatIsAwayIsAskedRarelyAndFoundAgain) {
 
 TEST_F(TileStreamTest, WhatIsMissingForGoodIsRememberedAndAllElseComes) {
   LineFaults faults;
-  faults.missingShare = 0.15;
+  faults.missingShare = 0.3;
   Streaming s = streaming({5e6, 0.05});
   ASSERT_TRUE(s.open());
   s.stream->want(std::vector{wishFor(TileId{})});
