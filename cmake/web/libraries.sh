@@ -6,7 +6,8 @@
 set -euo pipefail
 
 prefix=$(mkdir -p "$1" && cd "$1" && pwd)
-readonly prefix work=$prefix/work
+script=$(realpath "${BASH_SOURCE[0]}")
+readonly prefix script work=$prefix/work
 readonly sources=(fmtlib libjpeg-turbo libwebp libzstd zlib)
 
 # Not /usr/lib/emscripten's default: acorn, which emcc links with, is a Debian package of its own.
@@ -25,13 +26,16 @@ apt_own() {
 
 # The servers that this machine takes its packages from, or Debian's own.
 source_lines() {
-  local lines
+  local lines line
   # Of equal versions apt takes the first one: rather from the main archive, the one that mirrors keep whole.
+  # shellcheck disable=SC2016  # apt's own variables
   lines=$(apt-get indextargets 'Created-By: Packages' 'Origin: Debian' --format '$(REPO_URI) $(RELEASE) $(COMPONENT)' 2>/dev/null |
     sort -u | awk '{ print ($2 ~ /security/), $0 }' | sort -s -k 1,1 | cut -d ' ' -f 2-)
   [[ -n $lines ]] || lines='http://deb.debian.org/debian bookworm main
 http://deb.debian.org/debian-security bookworm-security main'
-  sed 's,^,deb-src [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] ,' <<<"$lines"
+  while IFS= read -r line; do
+    echo "deb-src [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] $line"
+  done <<<"$lines"
 }
 
 fetch_sources() {
@@ -41,8 +45,6 @@ fetch_sources() {
   cd "$work"
   local name
   for name in "${sources[@]}"; do
-    [[ ! -d $name ]] || continue
-    rm -rf "$name" "$name"-[0-9]*
     apt_own apt-get source "$name"
     mv "$name"-[0-9]* "$name"
   done
@@ -92,6 +94,10 @@ link_headers() {
 }
 
 main() {
+  local done_by
+  done_by=$(sha256sum <"$script")
+  [[ $(cat "$prefix/complete" 2>/dev/null) != "$done_by" ]] || return 0
+  rm -rf "$prefix"
   mkdir -p "$work"
   link_headers
   fetch_sources
@@ -104,6 +110,7 @@ main() {
     -DWEBP_BUILD_GIF2WEBP=OFF -DWEBP_BUILD_IMG2WEBP=OFF -DWEBP_BUILD_VWEBP=OFF -DWEBP_BUILD_WEBPINFO=OFF \
     -DWEBP_BUILD_WEBPMUX=OFF -DWEBP_BUILD_EXTRAS=OFF -DWEBP_ENABLE_SIMD=OFF
   compile_googletest
+  echo "$done_by" >"$prefix/complete"
 }
 
 main
