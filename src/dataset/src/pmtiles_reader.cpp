@@ -222,7 +222,7 @@ uint64_t PmtilesReader::tileCount() const {
 
 std::vector<TileId> PmtilesReader::tiles() const {
   std::vector<TileId> ids;
-  ids.reserve(state_->header.addressedTiles);
+  ids.reserve(static_cast<size_t>(state_->header.addressedTiles));
   for (const PmtilesEntry& entry : state_->entries) {
     for (uint64_t i = 0; i < entry.runLength; ++i) ids.push_back(tileIdFromPmtiles(entry.id + i));
   }
