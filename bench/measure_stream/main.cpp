@@ -133,14 +133,11 @@ Result<StreamFlightReport> measure(const Ground& ground, const Setting& setting,
     return cameraAt(ground.flight, setting.stand == Stand::Flies ? seconds : middle, fly);
   };
   const StreamTruth truth{ground.surface, ground.cover};
-  TERRANE_ASSIGN(StreamFlightReport report, flyStream(ground.directory, camera, &truth, &context, options));
+  SilentProgress silent;
+  TERRANE_ASSIGN(StreamFlightReport report,
+                 flyStream(ground.directory, camera, &truth, &context, options, silent));
 
-  const ViewReport& last = report.frames.back().view;
-  double loosest = 1.0, memory = 1.0;
-  for (const StreamFlightFrame& frame : report.frames) {
-    loosest = std::max(loosest, frame.view.stream.looseness);
-    memory = std::max(memory, frame.view.memoryFactor);
-  }
+  const StreamFlightSummary last = summaryOf(report);
   const StreamFlightFrame& first = firstGround(report);
   const StreamFlightFrame& coarse = lastBefore(report, kCoarseSeconds, kCoarseBytes);
   result.rows.push_back({{"dataset", std::filesystem::path(ground.directory).stem().string()},
@@ -162,8 +159,8 @@ Result<StreamFlightReport> measure(const Ground& ground, const Setting& setting,
                          {"mb_unwanted", static_cast<double>(last.stream.bytesUnwanted) / 1e6},
                          {"failed", last.stream.requestsFailed},
                          {"lost", last.stream.tilesLost},
-                         {"loosest", loosest},
-                         {"memory_factor", memory}});
+                         {"loosest", last.loosest},
+                         {"memory_factor", last.memoryFactor}});
   std::fprintf(stderr, "%s, %s: debt %.0f px s, %lld cracks in %lld pixels, used after %d frames, %.1f MB\n",
                ground.directory.c_str(), setting.name, report.debtPixelSeconds,
                static_cast<long long>(report.cracks), static_cast<long long>(report.crackPixels),

@@ -208,6 +208,14 @@ fails 1 'missing.json' "${draw[@]}" -o a.png --flight missing.json --at 1
 fails 1 'a.tif' "${draw[@]}" --position nowhere/a.tif
 fails 1 'a.png|large|room' full "$terrane" render good.terrane --software --size 1280x720 -o a.png
 fails 1 'missing.json' "$terrane" bench good.terrane --flight missing.json
+fly=("$terrane" bench good.terrane --flight missing.json)
+fails 1 '--line fast.*40Mbit/s,50ms' "${fly[@]}" --policy available --line fast
+fails 1 '--line 0bit/s,1ms' "${fly[@]}" --policy available --line 0bit/s,1ms
+fails 1 '--line 1Mbit/s' "${fly[@]}" --policy available --line 1Mbit/s
+fails 1 'dataset on disk' "$terrane" bench http://127.0.0.1:1/a --flight missing.json --policy available
+fails 2 'policy' "${fly[@]}" --policy eventually
+fails 2 '--line requires --policy' "${fly[@]}" --line 1Mbit/s,1ms
+fails 2 'excludes' "${fly[@]}" --policy available --frames 3
 touch there.tif
 fails 1 'there.tif.*--overwrite' "$terrane" synth -o there.tif --size 65
 fails 1 'size' "$terrane" synth -o a.tif --size -3
@@ -233,11 +241,19 @@ server=$!
 read -r url <printed
 port=${url##*:}
 fails 1 'another program listens there.*--port' "$terrane" serve good.terrane --port "${port%/}"
+
+# Datasets at addresses: what is none there, what must be on disk, nobody there.
+fails 1 'd/none/manifest.json: the server answers 404; is this a dataset' "$terrane" info "${url}d/none"
+fails 1 'manifest.json: the server answers 404' "$terrane" render "$url" -o a.png
+fails 1 'd/good: is an address.*on disk' "$terrane" verify "${url}d/good"
+fails 1 'd/good: is an address.*on disk' "$terrane" serve "${url}d/good" --port 0
+fails 1 'd/good/manifest.json.*(SSL|TLS)' "$terrane" info "${url/http:/https:}d/good"
 kill "$server"
 if ! wait "$server"; then
   echo "FAILED: a server that is asked to end does not end well"; failures=$((failures + 1))
 fi
 rm printed
+fails 1 'manifest.json: .*connect.*nobody has answered for' "$terrane" info "${url}d/good"
 
 [ $failures -eq 0 ] && echo "all bad inputs were told apart" || echo "$failures failed"
 [ $failures -eq 0 ]

@@ -1,19 +1,13 @@
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <random>
 
 #include "http_client.h"
+#include "program.h"
 #include "terrane/dataset/dataset.h"
 #include "terrane/dataset/pmtiles.h"
 
@@ -24,71 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 using serve::ClientAnswer;
 using serve::HttpClient;
-
-std::string bytesOf(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-/// A run of the program. What it prints is read through a pipe.
-class Program {
- public:
-  explicit Program(const std::vector<std::string>& arguments) {
-    std::vector<std::string> all = {TERRANE_PROGRAM};
-    all.insert(all.end(), arguments.begin(), arguments.end());
-    std::vector<char*> pointers;
-    for (std::string& argument : all) pointers.push_back(argument.data());
-    pointers.push_back(nullptr);
-    std::array<int, 2> ends{};
-    EXPECT_EQ(pipe2(ends.data(), O_CLOEXEC), 0);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    EXPECT_EQ(posix_spawn(&process_, TERRANE_PROGRAM, &actions, nullptr, pointers.data(), environ), 0);
-    posix_spawn_file_actions_destroy(&actions);
-    close(ends[1]);
-    output_ = ends[0];
-  }
-  ~Program() {
-    if (!ended_) kill(process_, SIGKILL), wait();
-    close(output_);
-  }
-  Program(const Program&) = delete;
-  Program& operator=(const Program&) = delete;
-
-  /// The first line; empty where the program ends without one.
-  std::string firstLine() const {
-    std::string line;
-    char c = 0;
-    while (read(output_, &c, 1) == 1 && c != '\n') line += c;
-    return line;
-  }
-  void signal(int number) const { kill(process_, number); }
-  /// The exit status; -1 for a program that was killed.
-  int wait() {
-    if (!ended_) waitpid(process_, &status_, 0);
-    ended_ = true;
-    return WIFEXITED(status_) ? WEXITSTATUS(status_) : -1;
-  }
-  std::string procFile(const std::string& name) const {
-    return bytesOf("/proc/" + std::to_string(process_) + "/" + name);
-  }
-  int64_t residentKilobytes() const {
-    const std::string status = procFile("status");
-    return std::atoll(status.c_str() + status.find("VmRSS:") + 6);
-  }
-
- private:
-  pid_t process_ = -1;
-  int output_ = -1;
-  int status_ = 0;
-  bool ended_ = false;
-};
-
-int portOf(const std::string& url) {
-  return std::atoi(url.c_str() + url.rfind(':') + 1);
-}
 
 class ServeJourney : public ::testing::Test {
  protected:
@@ -120,7 +49,7 @@ TEST_F(ServeJourney, AnArchiveReadByRangesIsTheFile) {
   const std::string base = listed(port)["immutable"];
   HttpClient client(port);
   for (const std::string& name : {std::string("elevation.pmtiles"), std::string("imagery.pmtiles")}) {
-    const std::string whole = bytesOf(fs::path(dataset()) / name);
+    const std::string whole = readWholeFile(dataset() + "/" + name);
     std::string read;
     std::mt19937 random(2);
     while (read.size() < whole.size()) {
@@ -205,7 +134,7 @@ TEST_F(ServeJourney, TerminationLetsADownloadFinish) {
     program.signal(number);
     const auto answer = slow.receive(false, 60.0);
     ASSERT_TRUE(answer);
-    EXPECT_TRUE(answer->body == bytesOf(fs::path(dataset()) / "elevation.pmtiles"));
+    EXPECT_TRUE(answer->body == readWholeFile(dataset() + "/elevation.pmtiles"));
     EXPECT_TRUE(slow.closes());
     EXPECT_EQ(program.wait(), 0);
     EXPECT_FALSE(HttpClient(port).connected());
@@ -248,7 +177,7 @@ TEST_F(ServeJourney, AccessesAreLoggedALineEach) {
   ASSERT_TRUE(client.get("/d/made/%22%0a"));
   program.signal(SIGTERM);
   EXPECT_EQ(program.wait(), 0);
-  const std::string text = bytesOf(log);
+  const std::string text = readWholeFile(log);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
   EXPECT_NE(text.find("127.0.0.1 - - ["), std::string::npos);
   EXPECT_NE(text.find("\"GET /healthz HTTP/1.1\" 200 3 "), std::string::npos);

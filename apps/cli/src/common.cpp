@@ -10,8 +10,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <mutex>
+#include <optional>
 
 #include "terrane/base/format_number.h"
+#include "terrane/stream/open_dataset.h"
 
 namespace terrane::cli {
 
@@ -23,14 +25,25 @@ double secondsSince(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
+constexpr const char* kFetching = "fetching";
+
 /// One stage of the work as the user sees it.
 struct Stage {
   std::string name;
   std::string unit;
   int64_t total = 0;
   int64_t done = 0;
+  uint64_t fetchedBytes = 0;
   Clock::time_point begin;
   bool running = false;
+  std::optional<Clock::time_point> lastFetched;
+
+  /// Fetching ends with its last byte.
+  double seconds() const {
+    return std::chrono::duration<double>((name == kFetching && lastFetched ? *lastFetched : Clock::now()) -
+                                         begin)
+        .count();
+  }
 };
 
 class NoProgress final : public CommandProgress {
@@ -40,6 +53,7 @@ class NoProgress final : public CommandProgress {
   void warn(const std::string& message) override {
     std::fprintf(stderr, "terrane: warning: %s\n", message.c_str());
   }
+  void fetched(uint64_t) override {}
   void finish() override {}
 };
 
@@ -48,17 +62,20 @@ class StageProgress : public CommandProgress {
  public:
   void beginStage(std::string_view name, int64_t total, std::string_view unit) final {
     const std::lock_guard lock(mutex_);
-    endStage();
-    stage_ = {std::string(name), std::string(unit), total, 0, Clock::now(), true};
-    shown_ = Clock::now();
-    begin(stage_);
+    startStage(name, total, unit);
   }
   void advance(int64_t steps) final {
     const std::lock_guard lock(mutex_);
     stage_.done += steps;
-    if (!stage_.running || secondsSince(shown_) < 0.1) return;
-    shown_ = Clock::now();
-    update(stage_);
+    show();
+  }
+  void fetched(uint64_t bytes) final {
+    const std::lock_guard lock(mutex_);
+    if (!stage_.running) startStage(kFetching, 0, "kB");
+    stage_.fetchedBytes += bytes;
+    stage_.lastFetched = Clock::now();
+    if (stage_.name == kFetching) stage_.done = static_cast<int64_t>(stage_.fetchedBytes / 1000);
+    show();
   }
   void warn(const std::string& message) final {
     const std::lock_guard lock(mutex_);
@@ -76,9 +93,20 @@ class StageProgress : public CommandProgress {
   virtual void warning(const std::string& message) = 0;
 
  private:
+  void startStage(std::string_view name, int64_t total, std::string_view unit) {
+    endStage();
+    stage_ = {std::string(name), std::string(unit), total, 0, 0, Clock::now(), true, {}};
+    shown_ = Clock::now();
+    begin(stage_);
+  }
   void endStage() {
     if (stage_.running) end(stage_);
     stage_.running = false;
+  }
+  void show() {
+    if (!stage_.running || secondsSince(shown_) < 0.1) return;
+    shown_ = Clock::now();
+    update(stage_);
   }
   std::mutex mutex_;
   Stage stage_;
@@ -99,7 +127,10 @@ class TerminalProgress final : public StageProgress {
     if (!live_) return;
     const double seconds = secondsSince(stage.begin);
     const double share = stage.total > 0 ? std::min(1.0, double(stage.done) / double(stage.total)) : 0.0;
-    std::string line = fmt::format("{:<10} {:3.0f} %", stage.name, share * 100.0);
+    // How much will come over a line is not known before.
+    std::string line = stage.total > 0
+                           ? fmt::format("{:<10} {:3.0f} %", stage.name, share * 100.0)
+                           : fmt::format("{:<10} {} {}", stage.name, formatCount(stage.done), stage.unit);
     if (stage.done > 0 && seconds > 0.2) {
       line += fmt::format("  {} {}/s", formatCount(std::llround(double(stage.done) / seconds)), stage.unit);
       if (share > 0.0 && share < 1.0)
@@ -109,8 +140,10 @@ class TerminalProgress final : public StageProgress {
     std::fflush(stderr);
   }
   void end(const Stage& stage) override {
-    const std::string line = fmt::format("{:<10} {} {} in {}", stage.name, formatCount(stage.done),
-                                         stage.unit, formatDuration(secondsSince(stage.begin)));
+    std::string line = fmt::format("{:<10} {} {} in {}", stage.name, formatCount(stage.done), stage.unit,
+                                   formatDuration(stage.seconds()));
+    if (stage.fetchedBytes > 0 && stage.name != kFetching)
+      line += fmt::format(", {} fetched", formatBytes(stage.fetchedBytes));
     std::fprintf(stderr, "%s%s\n", live_ ? "\r\033[K" : "", line.c_str());
   }
   void warning(const std::string& message) override {
@@ -127,10 +160,10 @@ class JsonProgress final : public StageProgress {
   void begin(const Stage&) override {}
   void update(const Stage&) override {}
   void end(const Stage& stage) override {
-    printJson({{"stage", stage.name},
-               {"steps", stage.done},
-               {"unit", stage.unit},
-               {"seconds", secondsSince(stage.begin)}});
+    nlohmann::json line = {
+        {"stage", stage.name}, {"steps", stage.done}, {"unit", stage.unit}, {"seconds", stage.seconds()}};
+    if (stage.fetchedBytes > 0) line["fetched_bytes"] = stage.fetchedBytes;
+    printJson(line);
   }
   void warning(const std::string& message) override { printJson({{"warning", message}}); }
 };
@@ -153,6 +186,13 @@ std::unique_ptr<CommandProgress> makeProgress(const OutputOptions& options) {
   if (options.json) return std::make_unique<JsonProgress>();
   if (options.quiet) return std::make_unique<NoProgress>();
   return std::make_unique<TerminalProgress>(isatty(STDERR_FILENO) == 1);
+}
+
+Result<Dataset> openDatasetArgument(const std::string& directoryOrUrl, CommandProgress& progress) {
+  RemoteOptions remote;
+  remote.received = [&progress](uint64_t bytes) { progress.fetched(bytes); };
+  remote.trouble = [&progress](const std::string& problem) { progress.warn(problem); };
+  return openDataset(directoryOrUrl, remote);
 }
 
 int fail(const Error& error, const OutputOptions& options) {

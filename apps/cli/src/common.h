@@ -9,6 +9,7 @@
 
 #include "terrane/base/progress.h"
 #include "terrane/base/result.h"
+#include "terrane/dataset/dataset.h"
 
 /// What the subcommands share: how they talk and how they end.
 namespace terrane::cli {
@@ -30,9 +31,17 @@ void addOutputOptions(CLI::App& command, OutputOptions& options);
 /// JSON lines, or nothing. `finish()` ends the last stage; call it before printing a result.
 class CommandProgress : public Progress {
  public:
+  /// So much more has come over a line. Where no stage is under way, that is one: "fetching".
+  virtual void fetched(uint64_t bytes) = 0;
   virtual void finish() = 0;
 };
 std::unique_ptr<CommandProgress> makeProgress(const OutputOptions& options);
+
+/// Opens DATASET, a directory or an address; what comes over a line, and trouble there, is told to
+/// `progress`, which must outlive the dataset.
+Result<Dataset> openDatasetArgument(const std::string& directoryOrUrl, CommandProgress& progress);
+/// What --help says of such a DATASET.
+inline constexpr const char* kDatasetArgument = "the dataset's directory, or its address (http://, https://)";
 
 /// Says "terrane: message" on standard error, with --json also {"error": message} on standard output; gives
 /// kExitFailed.

@@ -16,6 +16,7 @@ namespace {
 constexpr const char* kExamples =
     "Examples:\n"
     "  terrane info alps.terrane\n"
+    "  terrane info http://127.0.0.1:8080/d/alps\n"
     "  terrane info alps.terrane --json | jq .max_error_meters\n"
     "\n"
     "With --json one object: name, format_version, crs, crs_wkt, vertical_datum, attribution,\n"
@@ -200,7 +201,8 @@ void print(const Manifest& m, const Facts& facts) {
 int runInfo(const Options& options) {
   OutputOptions output;
   output.json = options.json;
-  const auto dataset = Dataset::open(options.dataset);
+  const auto progress = makeProgress({.quiet = true});
+  const auto dataset = openDatasetArgument(options.dataset, *progress);
   if (!dataset.ok()) return fail(dataset.error(), output);
   const Facts facts = factsOf(*dataset);
   if (options.json)
@@ -216,7 +218,7 @@ void addInfoCommand(CLI::App& app, CommandContext& context) {
   CLI::App* command = app.add_subcommand("info", "Say what is in a dataset");
   command->footer(kExamples);
   const auto options = std::make_shared<Options>();
-  command->add_option("DATASET", options->dataset, "The dataset, NAME.terrane")->required();
+  command->add_option("DATASET", options->dataset, kDatasetArgument)->required();
   command->add_flag("--json", options->json, "Print one JSON object instead of text");
   command->callback([&context, options] { context.run = [options] { return runInfo(*options); }; });
 }

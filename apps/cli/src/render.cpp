@@ -111,11 +111,12 @@ bool isBareWorld(const Manifest& manifest) {
 
 class RenderCommand {
  public:
-  explicit RenderCommand(RenderOptions& options) : options_(options) {}
+  explicit RenderCommand(RenderOptions& options) : options_(options), progress_(makeProgress(options.talk)) {}
 
   int run() {
-    if (const Status done = work(); !done.ok()) return fail(done.error(), options_.talk);
-    return kExitOk;
+    const Status done = work();
+    progress_->finish();
+    return done.ok() ? kExitOk : fail(done.error(), options_.talk);
   }
 
  private:
@@ -135,7 +136,8 @@ class RenderCommand {
     options_.style.tauPixels = options_.selection.tolerancePixels;
     options_.style.exaggeration = options_.selection.exaggeration;
 
-    TERRANE_ASSIGN(terrain_, Terrain::open(options_.dataset, options_.terrain));
+    TERRANE_ASSIGN(Dataset dataset, openDatasetArgument(options_.dataset, *progress_));
+    terrain_ = Terrain::over(std::move(dataset), options_.terrain);
     const Manifest& manifest = terrain_->dataset().manifest();
     if (options_.imagery == std::vector<std::string>{"none"})
       TERRANE_TRY(terrain_->showImagery({}));
@@ -245,17 +247,15 @@ class RenderCommand {
     TERRANE_ASSIGN(
         std::unique_ptr<FrameSink> sink,
         openFrameSink(options_.output, width_, height_, options_.framesPerSecond, options_.overwrite));
-    const auto progress = makeProgress(options_.talk);
-    progress->beginStage("rendering", frames, "frames");
+    progress_->beginStage("rendering", frames, "frames");
     for (int64_t frame = 0; frame < frames; ++frame) {
       if (interruptFlag()) return makeError("interrupted after {} of {} frames", frame, frames);
       const Camera camera = fitted.at(static_cast<double>(frame) / options_.framesPerSecond, width_, height_);
       TERRANE_ASSIGN(const Cut cut, cutFor(camera));
       TERRANE_ASSIGN(const Picture picture, terrain_->draw(cut, camera, options_.style));
       TERRANE_TRY(sink->add(picture));
-      progress->advance(1);
+      progress_->advance(1);
     }
-    progress->finish();
     TERRANE_TRY(sink->finish());
     TERRANE_TRY(writeStats(terrain_->report(), frames));
     sayDone(terrain_->report());
@@ -263,7 +263,7 @@ class RenderCommand {
   }
 
   nlohmann::json statsJson(const FrameReport& report, int64_t frames) const {
-    return {{"dataset", options_.dataset},
+    return {{"dataset", terrain_->dataset().directory()},
             {"renderer", terrain_->rendererName()},
             {"width", width_},
             {"height", height_},
@@ -297,6 +297,7 @@ class RenderCommand {
   }
 
   void sayDone(const FrameReport& report) const {
+    progress_->finish();
     if (options_.talk.json) {
       nlohmann::json line = statsJson(report, 1);
       line["output"] = options_.output;
@@ -310,6 +311,7 @@ class RenderCommand {
   }
 
   RenderOptions& options_;
+  std::unique_ptr<CommandProgress> progress_;
   int width_ = 0;
   int height_ = 0;
   std::unique_ptr<Terrain> terrain_;
@@ -318,6 +320,7 @@ class RenderCommand {
 constexpr const char* kExamples =
     "Examples:\n"
     "  terrane render alps.terrane -o alps.png\n"
+    "  terrane render https://terrain.example.org/d/alps -o alps.png\n"
     "  terrane render alps.terrane -o ne.png --look-from NE --size 1920x1080 --tau 0.5\n"
     "  terrane render alps.terrane -o peak.png --eye 412000,5149000,4200 --look-at 418000,5155000,2500\n"
     "  terrane render alps.terrane -o mesh.png --outline wireframe --mode height\n"
@@ -333,7 +336,7 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<RenderOptions>();
   CLI::App* command = app.add_subcommand("render", "draw a dataset into a picture, without a window");
   command->footer(kExamples);
-  command->add_option("DATASET", options->dataset, "the dataset's directory")->required();
+  command->add_option("DATASET", options->dataset, kDatasetArgument)->required();
   command->add_option("-o,--output", options->output,
                       "PNG; for a flight PATTERN_%05d.png or .mp4 (through ffmpeg)");
   command->add_option("--size", options->size, "picture size in pixels")->capture_default_str();

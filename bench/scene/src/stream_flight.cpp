@@ -29,7 +29,7 @@ Status writePicture(const std::string& path, const TerrainView& view, TerrainRen
 Result<StreamFlightReport> flyStream(const std::string& dataset,
                                      const std::function<Camera(double seconds)>& cameraAt,
                                      const StreamTruth* truth, gpu::Context* context,
-                                     const StreamFlightOptions& options) {
+                                     const StreamFlightOptions& options, Progress& progress) {
   auto line = std::make_unique<SimulatedLine>(dataset, options.line);
   SimulatedLine& wire = *line;
   const std::unique_ptr<Workers> workers = makeInlineWorkers();
@@ -62,6 +62,7 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
   const double tau = options.view.selection.tolerancePixels;
   const auto frames =
       static_cast<int64_t>(std::floor(options.durationSeconds * options.framesPerSecond + 0.5));
+  progress.beginStage("flying", frames + 1, "frames");
   for (int64_t i = 0; i <= frames; ++i) {
     const double seconds = static_cast<double>(i) * step;
     const Camera camera = cameraAt(seconds);
@@ -100,6 +101,7 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
     report.crackPixels += frame.crackPixels;
     report.framesUntilUsed = frame.view.mostFramesUntilUsed;
     report.frames.push_back(frame);
+    progress.advance(1);
   }
   report.tilesSpoilt = wire.answersSpoilt();
   return report;

@@ -11,74 +11,85 @@
 namespace terrane {
 namespace {
 
+constexpr const char* kManifest = "manifest.json";
 constexpr const char* kElevationArchive = "elevation.pmtiles";
 
 std::string pathIn(const std::string& directory, const std::string& name) {
   return (std::filesystem::path(directory) / name).string();
 }
 
-/// The file is there and has the size that the manifest says: what a broken copy most often fails.
-Status checkSize(const std::string& path, const ArchiveRecord& record) {
-  TERRANE_ASSIGN(const File file, File::openForReading(path));
-  TERRANE_ASSIGN(const uint64_t bytes, file.size());
-  if (bytes == record.bytes) return {};
-  return makeError("{}: has {} bytes, the manifest says {}: copy the dataset again, or build it again", path,
-                   bytes, record.bytes);
-}
-
 }  // namespace
 
 struct Dataset::State {
-  State(std::string path, Manifest read, PmtilesReader opened)
-      : directory(std::move(path)), manifest(std::move(read)), elevation(std::move(opened)) {}
-  std::string directory;
+  State(std::shared_ptr<ByteSource> from, Manifest read, PmtilesReader opened)
+      : source(std::move(from)), manifest(std::move(read)), elevation(std::move(opened)) {}
+  std::shared_ptr<ByteSource> source;
   Manifest manifest;
   PmtilesReader elevation;
   std::vector<PmtilesReader> imagery;  ///< a layer
   mutable std::atomic<uint64_t> bytesRead{0};
+
+  template <class Payload>
+  Result<Payload> counted(Result<Payload> payload) const {
+    if (payload.ok() && payload->has_value()) bytesRead += (*payload)->size();
+    return payload;
+  }
+  template <class Payload>
+  Result<std::vector<Payload>> counted(Result<std::vector<Payload>> payloads) const {
+    for (size_t i = 0; payloads.ok() && i < payloads->size(); ++i)
+      if ((*payloads)[i]) bytesRead += (*payloads)[i]->size();
+    return payloads;
+  }
+  const PmtilesReader& layer(size_t index) const {
+    TERRANE_CHECK(index < imagery.size(), "layer {} of {}", index, imagery.size());
+    return imagery[index];
+  }
 };
 
 Result<Dataset> Dataset::open(const std::string& directory) {
   std::error_code ignored;
-  const std::string manifestPath = pathIn(directory, "manifest.json");
+  // note: who puts paths into order makes one slash of two.
+  if (directory.rfind("http:/", 0) == 0 || directory.rfind("https:/", 0) == 0) {
+    return makeError(
+        "{}: is an address, and this reads datasets on disk; terrane render, bench and info take both",
+        directory);
+  }
   if (!std::filesystem::exists(directory, ignored)) {
     return makeError("{}: does not exist; make a dataset with terrane build", directory);
   }
   if (!std::filesystem::is_directory(directory, ignored)) {
     return makeError("{}: is not a dataset directory; make one with terrane build", directory);
   }
-  if (!std::filesystem::exists(manifestPath, ignored)) {
+  if (!std::filesystem::exists(pathIn(directory, kManifest), ignored)) {
     return makeError("{}: has no manifest.json, so it is not a whole dataset; build it again", directory);
   }
-  TERRANE_ASSIGN(const std::string text, readTextFile(manifestPath));
+  return open(openDirectoryBytes(directory));
+}
+
+Result<Dataset> Dataset::open(std::shared_ptr<ByteSource> source) {
+  const std::string manifestPath = source->where(kManifest);
+  TERRANE_ASSIGN(const std::string text, source->readWhole(kManifest));
   TERRANE_ASSIGN(Manifest manifest, manifestFromJson(text, manifestPath));
 
-  for (const ArchiveRecord& record : manifest.archives) {
-    TERRANE_TRY(checkSize(pathIn(directory, record.name), record));
-  }
-  const auto checkListed = [&](const std::string& name) -> Status {
-    for (const ArchiveRecord& record : manifest.archives)
-      if (record.name == name) return {};
-    return makeError("{}: lists no {}; build the dataset again", manifestPath, name);
+  for (const ArchiveRecord& record : manifest.archives) TERRANE_TRY(source->open(record.name, record.bytes));
+  const auto openArchive = [&](const std::string& name, uint64_t tiles) -> Result<PmtilesReader> {
+    const auto record = std::find_if(manifest.archives.begin(), manifest.archives.end(),
+                                     [&](const ArchiveRecord& archive) { return archive.name == name; });
+    if (record == manifest.archives.end())
+      return makeError("{}: lists no {}; build the dataset again", manifestPath, name);
+    TERRANE_ASSIGN(PmtilesReader reader, PmtilesReader::open(source, name, record->bytes));
+    if (reader.tileCount() != tiles)
+      return makeError("{}: has {} tiles, the manifest says {}: build the dataset again", source->where(name),
+                       reader.tileCount(), tiles);
+    return reader;
   };
-  TERRANE_TRY(checkListed(kElevationArchive));
-  const std::string elevationPath = pathIn(directory, kElevationArchive);
-  TERRANE_ASSIGN(PmtilesReader elevation, PmtilesReader::open(elevationPath));
-  if (elevation.tileCount() != manifest.tileCount) {
-    return makeError("{}: has {} tiles, the manifest says {}: build the dataset again", elevationPath,
-                     elevation.tileCount(), manifest.tileCount);
-  }
+  TERRANE_ASSIGN(PmtilesReader elevation, openArchive(kElevationArchive, manifest.tileCount));
   std::vector<PmtilesReader> imagery;
   for (const ImageryLayerRecord& layer : manifest.imagery) {
-    TERRANE_TRY(checkListed(layer.archive));
-    TERRANE_ASSIGN(PmtilesReader reader, PmtilesReader::open(pathIn(directory, layer.archive)));
-    if (reader.tileCount() != layer.tileCount) {
-      return makeError("{}: has {} tiles, the manifest says {}: build the dataset again",
-                       pathIn(directory, layer.archive), reader.tileCount(), layer.tileCount);
-    }
+    TERRANE_ASSIGN(PmtilesReader reader, openArchive(layer.archive, layer.tileCount));
     imagery.push_back(std::move(reader));
   }
-  auto state = std::make_unique<State>(directory, std::move(manifest), std::move(elevation));
+  auto state = std::make_unique<State>(std::move(source), std::move(manifest), std::move(elevation));
   state->imagery = std::move(imagery);
   return Dataset(std::move(state));
 }
@@ -92,24 +103,25 @@ const Manifest& Dataset::manifest() const {
   return state_->manifest;
 }
 const std::string& Dataset::directory() const {
-  return state_->directory;
+  return state_->source->where();
 }
 
 Result<std::optional<std::vector<uint8_t>>> Dataset::readElevation(TileId id) const {
-  auto bytes = state_->elevation.read(id);
-  if (bytes.ok() && bytes->has_value()) state_->bytesRead += (*bytes)->size();
-  return bytes;
+  return state_->counted(state_->elevation.read(id));
 }
-
+Result<std::vector<std::optional<std::vector<uint8_t>>>> Dataset::readElevation(
+    std::span<const TileId> ids) const {
+  return state_->counted(state_->elevation.read(ids));
+}
 Result<std::optional<std::vector<uint8_t>>> Dataset::readImagery(size_t layer, TileId id) const {
-  TERRANE_CHECK(layer < state_->imagery.size(), "layer {} of {}", layer, state_->imagery.size());
-  auto bytes = state_->imagery[layer].read(id);
-  if (bytes.ok() && bytes->has_value()) state_->bytesRead += (*bytes)->size();
-  return bytes;
+  return state_->counted(state_->layer(layer).read(id));
+}
+Result<std::vector<std::optional<std::vector<uint8_t>>>> Dataset::readImagery(
+    size_t layer, std::span<const TileId> ids) const {
+  return state_->counted(state_->layer(layer).read(ids));
 }
 std::vector<TileId> Dataset::imageryTiles(size_t layer) const {
-  TERRANE_CHECK(layer < state_->imagery.size(), "layer {} of {}", layer, state_->imagery.size());
-  return state_->imagery[layer].tiles();
+  return state_->layer(layer).tiles();
 }
 
 std::vector<TileId> Dataset::elevationTiles() const {
@@ -124,7 +136,6 @@ Status checkArchives(const Dataset& dataset, Progress& progress) {
   progress.beginStage("hashes", static_cast<int64_t>(records.size()), "files");
   for (const ArchiveRecord& record : records) {
     const std::string path = pathIn(dataset.directory(), record.name);
-    TERRANE_TRY(checkSize(path, record));
     TERRANE_ASSIGN(const std::string sha256, sha256OfFile(path));
     if (sha256 != record.sha256) {
       return makeError(

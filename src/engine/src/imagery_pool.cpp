@@ -56,34 +56,55 @@ Status ImageryPool::load(std::span<const TileId> ids) {
     for (auto at = tiles_.begin(); at != tiles_.end();)
       at = needed.count(at->first) != 0 ? std::next(at) : tiles_.erase(at);
   }
+  TERRANE_ASSIGN(const std::vector<Payloads> payloads, readFor(missing));
   std::vector<std::optional<Result<std::unique_ptr<ImageryTile>>>> made(missing.size());
-  std::vector<uint64_t> bytes(missing.size());
   parallelFor(static_cast<int64_t>(missing.size()), 0, [&](int64_t index) {
     const auto i = static_cast<size_t>(index);
-    made[i] = make(missing[i], bytes[i]);
+    made[i] = make(missing[i], payloads);
   });
   for (size_t i = 0; i < missing.size(); ++i) {
     if (!made[i]->ok())
       return makeError("{}: imagery tile {}: {}", dataset_->directory(), toString(missing[i]),
                        made[i]->error().message);
-    bytesRead_ += bytes[i];
     tiles_[missing[i]] = std::move(**made[i]);
   }
   return {};
 }
 
-Result<std::unique_ptr<ImageryTile>> ImageryPool::make(TileId id, uint64_t& bytes) const {
-  std::unique_ptr<ImageryTile> out;
+TileId ImageryPool::Layer::storedFor(TileId id) const {
+  return id.ancestor(id.level - std::max(0, id.level - finestLevel));
+}
+
+Result<std::vector<ImageryPool::Payloads>> ImageryPool::readFor(std::span<const TileId> ids) {
+  std::vector<Payloads> out;
   for (const Layer& layer : layers_) {
+    // Tiles that are enlarged from the same one read it once.
+    std::vector<TileId> stored;
+    for (const TileId id : ids)
+      if (layer.has(layer.storedFor(id))) stored.push_back(layer.storedFor(id));
+    std::sort(stored.begin(), stored.end());
+    stored.erase(std::unique(stored.begin(), stored.end()), stored.end());
+    TERRANE_ASSIGN(auto read, dataset_->readImagery(layer.index, stored));
+    Payloads& payloads = out.emplace_back();
+    for (size_t i = 0; i < stored.size(); ++i) {
+      if (!read[i]) continue;
+      bytesRead_ += read[i]->size();
+      payloads.emplace(stored[i], std::move(*read[i]));
+    }
+  }
+  return out;
+}
+
+Result<std::unique_ptr<ImageryTile>> ImageryPool::make(TileId id,
+                                                       const std::vector<Payloads>& payloads) const {
+  std::unique_ptr<ImageryTile> out;
+  for (size_t i = 0; i < layers_.size(); ++i) {
     // Beyond its finest level a layer is enlarged.
-    const int up = std::max(0, id.level - layer.finestLevel);
-    const TileId stored = id.ancestor(id.level - up);
-    if (!layer.has(stored)) continue;
-    TERRANE_ASSIGN(const auto payload, dataset_->readImagery(layer.index, stored));
-    if (!payload) continue;
-    bytes += payload->size();
-    TERRANE_ASSIGN(ImageryTile tile, decodeImagery(*payload));
-    if (up > 0) tile = enlargeImagery(tile, up, id);
+    const TileId stored = layers_[i].storedFor(id);
+    const auto payload = payloads[i].find(stored);
+    if (payload == payloads[i].end()) continue;
+    TERRANE_ASSIGN(ImageryTile tile, decodeImagery(payload->second));
+    if (stored.level < id.level) tile = enlargeImagery(tile, id.level - stored.level, id);
     if (out == nullptr)
       out = std::make_unique<ImageryTile>(std::move(tile));
     else

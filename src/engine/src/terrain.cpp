@@ -8,6 +8,7 @@
 #include "terrane/engine/imagery_pool.h"
 #include "terrane/gpu/context.h"
 #include "terrane/render/terrain_renderer.h"
+#include "terrane/stream/open_dataset.h"
 
 namespace terrane {
 
@@ -56,8 +57,12 @@ struct Terrain::State {
 Terrain::Terrain(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Terrain::~Terrain() = default;
 
-Result<std::unique_ptr<Terrain>> Terrain::open(const std::string& directory, const TerrainOptions& options) {
-  TERRANE_ASSIGN(Dataset dataset, Dataset::open(directory));
+Result<std::unique_ptr<Terrain>> Terrain::open(const std::string& directoryOrUrl,
+                                               const TerrainOptions& options) {
+  TERRANE_ASSIGN(Dataset dataset, openDataset(directoryOrUrl));
+  return over(std::move(dataset), options);
+}
+std::unique_ptr<Terrain> Terrain::over(Dataset dataset, const TerrainOptions& options) {
   return std::unique_ptr<Terrain>(new Terrain(std::make_unique<State>(std::move(dataset), options)));
 }
 

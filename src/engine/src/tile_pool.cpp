@@ -1,5 +1,6 @@
 #include "terrane/engine/tile_pool.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "terrane/base/check.h"
@@ -7,6 +8,13 @@
 #include "terrane/codec/elevation_codec.h"
 
 namespace terrane {
+
+namespace {
+
+/// Tiles whose bytes are in memory at once.
+constexpr size_t kReadTogether = 256;
+
+}  // namespace
 
 const Tile* TilePool::find(TileId id) const {
   const auto at = stored_.find(id);
@@ -17,25 +25,25 @@ Status TilePool::load(std::span<const TileId> ids) {
   std::vector<TileId> missing;
   for (const TileId id : ids)
     if (find(id) == nullptr) missing.push_back(id);
+  for (size_t i = 0; i < missing.size(); i += kReadTogether)
+    TERRANE_TRY(loadMissing(std::span(missing).subspan(i, std::min(kReadTogether, missing.size() - i))));
+  return {};
+}
+
+Status TilePool::loadMissing(std::span<const TileId> missing) {
+  TERRANE_ASSIGN(const auto payloads, dataset_.readElevation(missing));
 
   // Decode side by side: tiles of one call do not depend on each other, their parents are here.
   std::vector<std::optional<Result<Tile>>> decoded(missing.size());
-  std::vector<uint64_t> bytes(missing.size());
   parallelFor(static_cast<int64_t>(missing.size()), 0, [&](int64_t index) {
     const auto i = static_cast<size_t>(index);
     const TileId id = missing[i];
     const Tile* parent = id.isRoot() ? nullptr : find(id.parent());
     TERRANE_CHECK(id.isRoot() || parent != nullptr, "tile {} before its parent", toString(id));
-    auto payload = dataset_.readElevation(id);
-    if (!payload.ok()) {
-      decoded[i] = Result<Tile>(payload.error());
-    } else if (!payload->has_value()) {
-      decoded[i] =
-          Result<Tile>(makeError("{}: tile {} is missing from the elevation archive; build the dataset again",
-                                 dataset_.directory(), toString(id)));
+    if (!payloads[i]) {
+      decoded[i] = Result<Tile>(makeError("is missing from the elevation archive; build the dataset again"));
     } else {
-      bytes[i] = (*payload)->size();
-      decoded[i] = decodeTile(**payload, parent != nullptr ? &parent->samples : nullptr,
+      decoded[i] = decodeTile(*payloads[i], parent != nullptr ? &parent->samples : nullptr,
                               id.isRoot() ? 0 : id.quadrant(), dataset_.manifest().scale);
     }
   });
@@ -44,7 +52,7 @@ Status TilePool::load(std::span<const TileId> ids) {
     if (!decoded[i]->ok())
       return makeError("{}: tile {}: {}", dataset_.directory(), toString(missing[i]),
                        decoded[i]->error().message);
-    bytesRead_ += bytes[i];
+    bytesRead_ += payloads[i]->size();
     stored_[missing[i]] = std::make_unique<Tile>(std::move(**decoded[i]));
   }
   return {};

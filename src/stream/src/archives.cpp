@@ -22,9 +22,13 @@ Status Archives::setManifest(const std::vector<uint8_t>& bytes, const std::strin
   return {};
 }
 
-FetchRequest Archives::firstBytes(int file) const {
+FetchRequest Archives::request(int file, uint64_t offset, uint64_t bytes) const {
   const File& archive = files_[static_cast<size_t>(file)];
-  return {archive.name, 0, std::min(archive.bytes, PmtilesIndex::kFirstBytes), false};
+  return {archive.name, offset, bytes, false, archive.bytes};
+}
+
+FetchRequest Archives::firstBytes(int file) const {
+  return request(file, 0, std::min(files_[static_cast<size_t>(file)].bytes, PmtilesIndex::kFirstBytes));
 }
 
 Status Archives::setFirstBytes(int file, const std::vector<uint8_t>& bytes) {

@@ -22,7 +22,8 @@ class Archives {
 
   int count() const { return static_cast<int>(files_.size()); }
   static int fileOf(const TileKey& key) { return key.layer + 1; }
-  const std::string& name(int file) const { return files_[static_cast<size_t>(file)].name; }
+  /// A request for bytes of an archive.
+  FetchRequest request(int file, uint64_t offset, uint64_t bytes) const;
   /// The archive's first bytes, which hold its root directory.
   FetchRequest firstBytes(int file) const;
   Status setFirstBytes(int file, const std::vector<uint8_t>& bytes);

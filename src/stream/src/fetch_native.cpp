@@ -1,87 +1,130 @@
 #include <curl/curl.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cstring>
+#include <array>
+#include <chrono>
+#include <condition_variable>
+#include <cstdlib>
 #include <map>
 #include <mutex>
 #include <set>
+#include <string_view>
 #include <thread>
 #include <utility>
 
+#include "dataset_url.h"
+#include "http_answer.h"
 #include "terrane/stream/transport.h"
 
 /// HTTP outside browsers: libcurl, all transfers in one thread.
 namespace terrane {
 namespace {
 
-/// What the server says of the range that it sends: "bytes 100-199/5000".
-struct ContentRange {
-  uint64_t first = 0;
-  uint64_t last = 0;
-};
-std::optional<ContentRange> parseContentRange(std::string_view value) {
-  while (!value.empty() && value.front() == ' ') value.remove_prefix(1);
-  if (value.substr(0, 6) != "bytes ") return std::nullopt;
-  value.remove_prefix(6);
-  ContentRange range;
-  const char* end = value.data() + value.size();
-  const auto first = std::from_chars(value.data(), end, range.first);
-  if (first.ec != std::errc() || first.ptr == end || *first.ptr != '-') return std::nullopt;
-  const auto last = std::from_chars(first.ptr + 1, end, range.last);
-  if (last.ec != std::errc()) return std::nullopt;
-  return range;
+/// No server of files has more to say before the first byte.
+constexpr size_t kLargestHead = 64U << 10;
+/// Of the text that comes with an error; it is not kept.
+constexpr size_t kLongestRefusal = 256U << 10;
+
+bool isField(std::string_view line, std::string_view lowerCaseName) {
+  return line.size() > lowerCaseName.size() && line[lowerCaseName.size()] == ':' &&
+         std::equal(lowerCaseName.begin(), lowerCaseName.end(), line.begin(),
+                    [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + 32 : b); });
+}
+std::string_view fieldValue(std::string_view line) {
+  line.remove_prefix(line.find(':') + 1);
+  while (!line.empty() && (line.front() == ' ' || line.front() == '\t')) line.remove_prefix(1);
+  while (!line.empty() && (line.back() == ' ' || line.back() == '\r' || line.back() == '\n'))
+    line.remove_suffix(1);
+  return line;
 }
 
 /// One transfer under way.
 struct Transfer {
   uint64_t id = 0;
   FetchRequest request;
-  std::string url;
   CURL* handle = nullptr;
   curl_slist* headers = nullptr;
+  std::array<char, CURL_ERROR_SIZE> words{};  ///< libcurl's, where it fails
   std::vector<uint8_t> bytes;
-  std::optional<ContentRange> range;
-  bool tooLong = false;
+  HttpAnswer answer;
+  size_t headBytes = 0;
+  size_t refusalBytes = 0;
 
   ~Transfer() {
     if (handle != nullptr) curl_easy_cleanup(handle);
     curl_slist_free_all(headers);
   }
 
+  bool isRange() const { return request.bytes > 0; }
+
   static size_t onBody(char* data, size_t, size_t count, void* self) {
     auto& transfer = *static_cast<Transfer*>(self);
-    const uint64_t limit = transfer.request.bytes > 0 ? transfer.request.bytes : kLargestWholeFile;
-    if (count > limit - transfer.bytes.size()) {
-      // An error's text may be as long as it likes; it is not kept.
-      long status = 0;
-      curl_easy_getinfo(transfer.handle, CURLINFO_RESPONSE_CODE, &status);
-      if (status >= 400) return count;
-      transfer.tooLong = true;
+    long status = 0;
+    curl_easy_getinfo(transfer.handle, CURLINFO_RESPONSE_CODE, &status);
+    if (status >= 400) {
+      transfer.refusalBytes += count;
+      transfer.answer.isCutOff = transfer.refusalBytes > kLongestRefusal;
+      return transfer.answer.isCutOff ? 0 : count;
+    }
+    // Never more than was asked for; and nothing of a file that comes whole where its middle was wanted.
+    const uint64_t limit = transfer.isRange() ? transfer.request.bytes : kLargestWholeFile;
+    const bool isOfNoUse = transfer.isRange() && status != 206 && transfer.request.offset > 0;
+    if (isOfNoUse || count > limit - transfer.bytes.size()) {
+      transfer.answer.isCutOff = true;
       return 0;
     }
     transfer.bytes.insert(transfer.bytes.end(), data, data + count);
     return count;
   }
+
   static size_t onHeader(char* data, size_t, size_t count, void* self) {
-    constexpr std::string_view kName = "content-range:";
-    std::string_view line(data, count);
-    if (line.substr(0, 5) == "HTTP/") static_cast<Transfer*>(self)->range.reset();
-    if (line.size() < kName.size()) return count;
-    const bool isIt = std::equal(kName.begin(), kName.end(), line.begin(),
-                                 [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + 32 : b); });
-    if (isIt) static_cast<Transfer*>(self)->range = parseContentRange(line.substr(kName.size()));
+    auto& transfer = *static_cast<Transfer*>(self);
+    HttpAnswer& answer = transfer.answer;
+    const std::string_view line(data, count);
+    transfer.headBytes += count;
+    if (transfer.headBytes > kLargestHead) return 0;
+    // A redirection's fields are not those of the file.
+    if (line.substr(0, 5) == "HTTP/") answer = {};
+    if (isField(line, "content-range")) answer.range = parseContentRange(fieldValue(line));
+    if (isField(line, "etag")) answer.etag = fieldValue(line);
+    if (isField(line, "last-modified")) answer.lastModified = fieldValue(line);
+    if (isField(line, "content-encoding"))
+      answer.isEncoded = transfer.isRange() && fieldValue(line) != "identity";
     return count;
   }
 };
 
+/// Why a transfer ended before its answer.
+FetchFailure judgeBroken(const std::string& url, const Transfer& transfer, CURLcode code) {
+  const char* words = transfer.words[0] != '\0' ? transfer.words.data() : curl_easy_strerror(code);
+  const auto failure = [&](FetchProblem problem) {
+    return FetchFailure{problem, fmt::format("{}: {}", url, words), 0.0};
+  };
+  switch (code) {
+    case CURLE_PEER_FAILED_VERIFICATION:
+    case CURLE_SSL_CACERT_BADFILE:
+    case CURLE_URL_MALFORMAT:
+    case CURLE_UNSUPPORTED_PROTOCOL:
+    case CURLE_TOO_MANY_REDIRECTS:
+      return failure(FetchProblem::Fatal);
+    case CURLE_PARTIAL_FILE:
+    case CURLE_BAD_CONTENT_ENCODING:
+    case CURLE_WRITE_ERROR:
+      return failure(FetchProblem::Malformed);
+    default:
+      // note: one that breaks off in its middle may do so each time, and must not hold up the others for
+      // ever.
+      return failure(transfer.bytes.empty() ? FetchProblem::Unreachable : FetchProblem::Malformed);
+  }
+}
+
 class HttpTransport final : public Transport {
  public:
-  HttpTransport(std::string url, int connections, double stallSeconds)
-      : url_(std::move(url)), stallSeconds_(stallSeconds) {
+  HttpTransport(const std::string& url, int connections, double stallSeconds)
+      : url_(parseDatasetUrl(url)), stallSeconds_(stallSeconds) {
     static const CURLcode started = curl_global_init(CURL_GLOBAL_DEFAULT);
     TERRANE_CHECK(started == CURLE_OK, "libcurl: {}", static_cast<int>(started));
-    while (!url_.empty() && url_.back() == '/') url_.pop_back();
+    if (const char* file = std::getenv("CURL_CA_BUNDLE"); file != nullptr) certificates_ = file;
     multi_ = curl_multi_init();
     curl_multi_setopt(multi_, CURLMOPT_MAX_HOST_CONNECTIONS, static_cast<long>(connections));
     thread_ = std::thread([this] { transferInThread(); });
@@ -119,7 +162,11 @@ class HttpTransport final : public Transport {
     const std::lock_guard lock(mutex_);
     return std::exchange(answers_, {});
   }
-  const std::string& where() const override { return url_; }
+  void wait(double seconds) override {
+    std::unique_lock lock(mutex_);
+    answered_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return !answers_.empty(); });
+  }
+  const std::string& where() const override { return url_.shown; }
 
  private:
   void transferInThread() {
@@ -155,19 +202,21 @@ class HttpTransport final : public Transport {
     auto transfer = std::make_unique<Transfer>();
     transfer->id = id;
     transfer->request = request;
-    transfer->url = url_ + "/" + request.file;
     CURL* handle = curl_easy_init();
     transfer->handle = handle;
-    curl_easy_setopt(handle, CURLOPT_URL, transfer->url.c_str());
+    curl_easy_setopt(handle, CURLOPT_URL, url_.fileUrl(request.file).c_str());
+    curl_easy_setopt(handle, CURLOPT_ERRORBUFFER, transfer->words.data());
     if (request.bytes > 0) {
       const std::string range = fmt::format("{}-{}", request.offset, request.offset + request.bytes - 1);
       curl_easy_setopt(handle, CURLOPT_RANGE, range.c_str());
       transfer->bytes.reserve(static_cast<size_t>(std::min<uint64_t>(request.bytes, 1U << 20)));
+      // A compressed answer has no ranges.
+      transfer->headers = curl_slist_append(transfer->headers, "Accept-Encoding: identity");
+    } else {
+      curl_easy_setopt(handle, CURLOPT_ACCEPT_ENCODING, "gzip");
     }
-    if (request.fresh) {
-      transfer->headers = curl_slist_append(nullptr, "Cache-Control: no-cache");
-      curl_easy_setopt(handle, CURLOPT_HTTPHEADER, transfer->headers);
-    }
+    if (request.fresh) transfer->headers = curl_slist_append(transfer->headers, "Cache-Control: no-cache");
+    curl_easy_setopt(handle, CURLOPT_HTTPHEADER, transfer->headers);
     curl_easy_setopt(handle, CURLOPT_WRITEFUNCTION, &Transfer::onBody);
     curl_easy_setopt(handle, CURLOPT_WRITEDATA, transfer.get());
     curl_easy_setopt(handle, CURLOPT_HEADERFUNCTION, &Transfer::onHeader);
@@ -176,12 +225,18 @@ class HttpTransport final : public Transport {
     curl_easy_setopt(handle, CURLOPT_FOLLOWLOCATION, 1L);
     curl_easy_setopt(handle, CURLOPT_MAXREDIRS, 5L);
     curl_easy_setopt(handle, CURLOPT_PROTOCOLS_STR, "http,https");
-    curl_easy_setopt(handle, CURLOPT_REDIR_PROTOCOLS_STR, "http,https");
+    // What was asked for in private is not fetched in public.
+    const bool isPrivate = url_.folder.rfind("https:", 0) == 0;
+    curl_easy_setopt(handle, CURLOPT_REDIR_PROTOCOLS_STR, isPrivate ? "https" : "http,https");
+    curl_easy_setopt(handle, CURLOPT_SSL_VERIFYPEER, 1L);
+    curl_easy_setopt(handle, CURLOPT_SSL_VERIFYHOST, 2L);
+    if (!certificates_.empty()) curl_easy_setopt(handle, CURLOPT_CAINFO, certificates_.c_str());
     curl_easy_setopt(handle, CURLOPT_USERAGENT, "terrane");
     curl_easy_setopt(handle, CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_2TLS));
     curl_easy_setopt(handle, CURLOPT_PIPEWAIT, 1L);
     curl_easy_setopt(handle, CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(stallSeconds_ * 1000.0));
     curl_easy_setopt(handle, CURLOPT_LOW_SPEED_LIMIT, 1L);
+    curl_easy_setopt(handle, CURLOPT_QUICK_EXIT, 1L);  // the end waits for no name server
     curl_easy_setopt(handle, CURLOPT_LOW_SPEED_TIME, std::max(1L, static_cast<long>(stallSeconds_)));
     curl_multi_add_handle(multi_, handle);
     underway_.emplace(handle, std::move(transfer));
@@ -195,53 +250,36 @@ class HttpTransport final : public Transport {
     FetchAnswer answer{.id = transfer.id, .bytes = {}, .failure = judge(transfer, code)};
     if (!answer.failure) answer.bytes = std::move(transfer.bytes);
     underway_.erase(at);
-    const std::lock_guard lock(mutex_);
-    answers_.push_back(std::move(answer));
+    {
+      const std::lock_guard lock(mutex_);
+      answers_.push_back(std::move(answer));
+    }
+    answered_.notify_all();
   }
 
-  static std::optional<FetchFailure> judge(const Transfer& transfer, CURLcode code) {
-    const FetchRequest& request = transfer.request;
-    const auto failure = [&](FetchProblem problem, const std::string& why) {
-      return FetchFailure{problem, fmt::format("{}: {}", transfer.url, why), 0.0};
-    };
+  std::optional<FetchFailure> judge(Transfer& transfer, CURLcode code) {
+    const std::string shown = url_.shown + "/" + transfer.request.file;
+    HttpAnswer& answer = transfer.answer;
+    if (code != CURLE_OK && !answer.isCutOff) return judgeBroken(shown, transfer, code);
     long status = 0;
     curl_easy_getinfo(transfer.handle, CURLINFO_RESPONSE_CODE, &status);
-    if (code != CURLE_OK && !transfer.tooLong) {
-      const bool isCut = code == CURLE_PARTIAL_FILE;
-      return failure(isCut ? FetchProblem::Malformed : FetchProblem::Unreachable, curl_easy_strerror(code));
-    }
-    if (status == 429 || status == 408 || status >= 500) {
-      FetchFailure busy = failure(FetchProblem::Busy, fmt::format("the server answers {}", status));
-      curl_off_t after = 0;
-      curl_easy_getinfo(transfer.handle, CURLINFO_RETRY_AFTER, &after);
-      busy.retryAfterSeconds = static_cast<double>(std::clamp<curl_off_t>(after, 0, 120));
-      return busy;
-    }
-    if (status >= 400) return failure(FetchProblem::Missing, fmt::format("the server answers {}", status));
-    if (request.bytes == 0) {
-      if (transfer.tooLong) return failure(FetchProblem::Malformed, "is too long");
-      return std::nullopt;
-    }
-    // A server that knows no ranges sends the whole file, which is right only by chance.
-    const bool isWhole = status == 200 && request.offset == 0 && !transfer.tooLong;
-    const bool isRange = status == 206 && transfer.range && transfer.range->first == request.offset &&
-                         transfer.range->last - transfer.range->first + 1 == request.bytes;
-    if (!isWhole && !isRange)
-      return failure(FetchProblem::Malformed, status == 200
-                                                  ? "the server sends whole files where ranges are asked for"
-                                                  : "the server sends another range than was asked for");
-    if (transfer.bytes.size() != request.bytes)
-      return failure(FetchProblem::Malformed,
-                     fmt::format("has {} bytes, not {}", transfer.bytes.size(), request.bytes));
-    return std::nullopt;
+    curl_off_t after = 0;
+    curl_easy_getinfo(transfer.handle, CURLINFO_RETRY_AFTER, &after);
+    answer.status = static_cast<int>(status);
+    answer.retryAfterSeconds = static_cast<double>(after);
+    answer.bodyBytes = transfer.bytes.size();
+    return judgeHttpAnswer(shown, transfer.request, answer, known_[transfer.request.file]);
   }
 
-  std::string url_;
+  DatasetUrl url_;
   double stallSeconds_;
+  std::string certificates_;  ///< a file of those to trust; empty: the system's
   CURLM* multi_ = nullptr;
   std::map<CURL*, std::unique_ptr<Transfer>> underway_;  ///< the thread's own
+  std::map<std::string, KnownFile> known_;               ///< the thread's own
 
   std::mutex mutex_;
+  std::condition_variable answered_;
   bool stop_ = false;
   std::vector<std::pair<uint64_t, FetchRequest>> toStart_;
   std::set<uint64_t> toCancel_;

@@ -14,6 +14,11 @@ std::variant<std::vector<uint8_t>, FetchFailure> readFileRange(const std::string
   const uint64_t bytes = request.bytes == 0 ? size : request.bytes;
   if (request.bytes == 0 && size > kLargestWholeFile)
     return FetchFailure{FetchProblem::Malformed, fmt::format("{}: has {} bytes, too many", path, size)};
+  if (request.fileBytes != 0 && request.fileBytes != size)
+    return FetchFailure{FetchProblem::Fatal,
+                        fmt::format("{}: has {} bytes, the manifest says {}: another build of the dataset is "
+                                    "there now, or a broken copy; open it again",
+                                    path, size, request.fileBytes)};
   if (request.offset > size || bytes > size - request.offset)
     return FetchFailure{FetchProblem::Missing, fmt::format("{}: ends before byte {}: copy the dataset again",
                                                            path, request.offset + bytes)};

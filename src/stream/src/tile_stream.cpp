@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "archives.h"
+#include "back_off.h"
 #include "line_pace.h"
 #include "terrane/base/check.h"
 #include "terrane/codec/elevation_codec.h"
@@ -22,9 +23,6 @@ namespace {
 
 /// Bytes on the line that a request takes besides its answer's body.
 constexpr double kRequestBytes = 500.0;
-/// After so many damaged answers a tile is given up for a while.
-constexpr int kMostDamaged = 4;
-constexpr int kMostBusy = 10;
 constexpr double kLostSeconds = 60.0;
 /// The part of a root that comes first. So much shows mountains and coasts.
 constexpr uint64_t kFirstPartBytes = 6000;
@@ -35,12 +33,6 @@ constexpr double kPartSeconds = 0.5;
 constexpr double kThinBytesPerSecond = 32e3;
 /// Of what a wish is worth at least, per pixel: once all else is here, targets are met as well.
 constexpr double kLeastWorth = 0.01;
-
-/// Seconds to wait after so many failures: twice as long each time, and never in step with others.
-double backOff(int failures, uint64_t salt) {
-  const double scatter = 0.75 + 0.5 * static_cast<double>((salt * 0x9e3779b97f4a7c15ULL) >> 40U) / 16777216.0;
-  return std::min(8.0, 0.25 * std::ldexp(1.0, std::min(failures - 1, 8))) * scatter;
-}
 
 /// What the workers have made. They keep it alive, whatever happened to the stream meanwhile.
 struct Made {
@@ -220,6 +212,7 @@ class TileStream::State {
   }
 
   void takeFailure(uint64_t id, const Underway& request, const FetchFailure& failure) {
+    if (failure.problem == FetchProblem::Fatal) return fail(failure.message);
     // Nobody there: not the tiles' fault. Ask again, ever more rarely, with one request at a time.
     if (failure.problem == FetchProblem::Unreachable) {
       ++offlineTries_;
@@ -347,7 +340,8 @@ class TileStream::State {
     };
     if (!archives_.hasManifest()) {
       if (underway_.empty() && mayStart() && isDue(-1))
-        start({.what = What::Manifest, .plan = {}, .keys = {}, .places = {}}, {"manifest.json", 0, 0, false});
+        start({.what = What::Manifest, .plan = {}, .keys = {}, .places = {}},
+              {"manifest.json", 0, 0, false, 0});
       return;
     }
     bool allOpen = true;
@@ -600,7 +594,7 @@ class TileStream::State {
     limits.bytesARequest = std::clamp<uint64_t>(useful / 2, 16U << 10, 256U << 10);
     for (PlannedRequest& plan : planRequests(candidates, limits)) {
       Underway request;
-      FetchRequest fetch{archives_.name(plan.file), plan.offset, plan.bytes, false};
+      FetchRequest fetch = archives_.request(plan.file, plan.offset, plan.bytes);
       for (const size_t index : plan.candidates) {
         request.keys.push_back(keys[index]);
         request.places.push_back(missing[index].place);
@@ -624,7 +618,7 @@ class TileStream::State {
            .plan = {file, place.offset, place.bytes, {}},
            .keys = {},
            .places = {place}},
-          {archives_.name(file), place.offset, place.bytes, false});
+          archives_.request(file, place.offset, place.bytes));
   }
 
   /// The part of the wishes that the picture misses now.

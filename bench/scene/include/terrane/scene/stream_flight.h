@@ -4,11 +4,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "terrane/engine/terrain.h"
 #include "terrane/engine/terrain_view.h"
 #include "terrane/gpu/context.h"
+#include "terrane/measure/fly.h"
 #include "terrane/reference/measure_picture.h"
 #include "terrane/reference/reference_surface.h"
 #include "terrane/stream/simulated_line.h"
@@ -54,18 +56,36 @@ struct StreamFlightReport {
   uint64_t tilesSpoilt = 0;  ///< answers that the line spoilt
 };
 
+/// A flight in a few numbers.
+struct StreamFlightSummary {
+  StreamStatistics stream;    ///< at its end
+  double loosest = 1.0;       ///< largest looseness
+  double memoryFactor = 1.0;  ///< largest
+};
+StreamFlightSummary summaryOf(const StreamFlightReport& report);
+
+/// The report: {"bench": "stream", head, "line": {...}, "summary": {...}, "frames": [{...}]}
+/// (docs/flights.md); and in words and numbers, for a terminal.
+nlohmann::ordered_json streamReportToJson(const StreamFlightReport& report, const FlightHead& head,
+                                          const StreamFlightOptions& options);
+std::string streamReportToText(const StreamFlightReport& report, const FlightHead& head,
+                               const StreamFlightOptions& options);
+
+/// The policies by their names: available, progressive, all-at-once.
+const std::vector<std::pair<std::string, StreamPolicy>>& streamPolicies();
+
 /// What a flight is measured against.
 struct StreamTruth {
   const ReferenceSurface& surface;
   const ReferenceSurface::Cover& cover;
 };
 
-/// Flies with the camera of each time. `renderer` may be null if nothing is drawn; a renderer that was used
-/// before must be one without tiles. Errors: the dataset, the GPU.
+/// Flies with the camera of each time. `truth` and, if nothing is drawn, `context` may be null. `progress`
+/// hears of frames. Errors: the dataset, the GPU.
 Result<StreamFlightReport> flyStream(const std::string& dataset,
                                      const std::function<Camera(double seconds)>& cameraAt,
                                      const StreamTruth* truth, gpu::Context* context,
-                                     const StreamFlightOptions& options);
+                                     const StreamFlightOptions& options, Progress& progress);
 
 /// The tiles that a camera needs with everything known, ancestors included: what StreamPolicy's other rules
 /// go by. Loads them into `terrain`, which must outlive the result.

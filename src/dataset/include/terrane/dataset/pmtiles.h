@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "terrane/base/result.h"
+#include "terrane/dataset/byte_source.h"
 #include "terrane/tiling/tile_id.h"
 
 namespace terrane {
@@ -59,12 +60,18 @@ class PmtilesReader {
   /// Reads and checks the header and all directories, 24 bytes of memory an entry; whatever the file holds,
   /// memory stays in proportion to its size.
   static Result<PmtilesReader> open(const std::string& path);
+  /// The same for a file that is open in `source`, and has `fileBytes` there. Three rounds of reading at
+  /// most.
+  static Result<PmtilesReader> open(std::shared_ptr<const ByteSource> source, const std::string& file,
+                                    uint64_t fileBytes);
   ~PmtilesReader();
   PmtilesReader(PmtilesReader&&) noexcept;
   PmtilesReader& operator=(PmtilesReader&&) noexcept;
 
   /// A tile's bytes, or nothing where the archive has none.
   Result<std::optional<std::vector<uint8_t>>> read(TileId id) const;
+  /// Those of several tiles, in their order, read together.
+  Result<std::vector<std::optional<std::vector<uint8_t>>>> read(std::span<const TileId> ids) const;
   /// Where in the file a tile's bytes lie, or nothing where the archive has none.
   std::optional<PmtilesPlace> find(TileId id) const;
   /// All tiles, in the archive's order, and how many they are.

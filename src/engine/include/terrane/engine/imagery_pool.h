@@ -27,8 +27,8 @@ class ImageryPool {
   static constexpr size_t kMostTiles = 1000;
   std::vector<TileId> tilesFor(const Camera& camera, double exaggeration, const TilePool& heights) const;
 
-  /// Reads, decodes and lays over each other what is not here yet, on all cores. Tiles that are not in `ids`
-  /// may be forgotten.
+  /// Reads what is not here yet, together, decodes it and lays it over each other, on all cores. Tiles that
+  /// are not in `ids` may be forgotten.
   Status load(std::span<const TileId> ids);
   /// A tile that was loaded, or null where there is no picture.
   const ImageryTile* find(TileId id) const;
@@ -45,9 +45,15 @@ class ImageryPool {
     int finestLevel = 0;
     std::vector<TileId> tiles;  ///< ascending
     bool has(TileId id) const;
+    /// The tile itself or, beyond the layer's finest level, its ancestor there.
+    TileId storedFor(TileId id) const;
   };
+  /// Stored tiles of a layer, as bytes.
+  using Payloads = std::unordered_map<TileId, std::vector<uint8_t>, TileIdHash>;
   bool hasDeeper(TileId id) const;
-  Result<std::unique_ptr<ImageryTile>> make(TileId id, uint64_t& bytes) const;
+  /// What the tiles need of each layer.
+  Result<std::vector<Payloads>> readFor(std::span<const TileId> ids);
+  Result<std::unique_ptr<ImageryTile>> make(TileId id, const std::vector<Payloads>& payloads) const;
 
   const Dataset* dataset_;
   std::vector<Layer> layers_;

@@ -60,9 +60,11 @@ GroundBox groundBoxOf(const Manifest& manifest);
 /// the engine that the command line, and later the window and the browser, stand on. One thread.
 class Terrain {
  public:
-  /// Opens a dataset; drawing starts up when something is first drawn, so that selection alone needs no GPU.
-  static Result<std::unique_ptr<Terrain>> open(const std::string& directory,
+  /// Opens a dataset by its directory or address (http, https); drawing starts up when something is first
+  /// drawn, so that selection alone needs no GPU.
+  static Result<std::unique_ptr<Terrain>> open(const std::string& directoryOrUrl,
                                                const TerrainOptions& options = {});
+  static std::unique_ptr<Terrain> over(Dataset dataset, const TerrainOptions& options = {});
   ~Terrain();
   Terrain(const Terrain&) = delete;
   Terrain& operator=(const Terrain&) = delete;

@@ -21,8 +21,8 @@ class TilePool final : public ResidentTiles {
 
   const Tile* find(TileId id) const override;
 
-  /// Reads and decodes tiles whose parents are resident (tiles that are resident already are left alone),
-  /// on all cores. Errors name the tile; tiles before the faulty one may have been added.
+  /// Reads tiles whose parents are resident, together, and decodes them on all cores; tiles that are resident
+  /// already are left alone. Errors name the tile; tiles before the faulty one may have been added.
   Status load(std::span<const TileId> ids);
 
   /// A tile's samples: the resident one's, or, below what is stored, those that interpolation gives. Its
@@ -36,6 +36,8 @@ class TilePool final : public ResidentTiles {
   void clear();
 
  private:
+  Status loadMissing(std::span<const TileId> missing);
+
   const Dataset& dataset_;
   std::unordered_map<TileId, std::unique_ptr<Tile>, TileIdHash> stored_;
   std::unordered_map<TileId, std::unique_ptr<Tile>, TileIdHash> implied_;
