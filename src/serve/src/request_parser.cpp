@@ -25,9 +25,8 @@ std::optional<HttpResponse> refusalOf(const Parser::value_type& message) {
   if (coding != message.end()) {
     if (!length.empty()) return refuse(400, "Both Content-Length and Transfer-Encoding.");
     if (message.version() < 11) return refuse(400, "Transfer-Encoding in HTTP/1.0.");
-    if (message.count(http::field::transfer_encoding) > 1 ||
-        !boost::beast::iequals(coding->value(), "chunked"))
-      return refuse(501, "The only Transfer-Encoding here is chunked.");
+    // RFC 9112 (6.3) allows this. What is parsed by nobody can be read in two ways by nobody.
+    return refuse(411, "Send the body with a Content-Length, not in chunks.");
   }
   const size_t hosts = message.count(http::field::host);
   if (hosts > 1 || (hosts == 0 && message.version() >= 11))
@@ -66,7 +65,8 @@ void RequestParser::reset() {
   s.parser.emplace();
   s.parser->header_limit(static_cast<std::uint32_t>(s.limits.headBytes));
   s.parser->body_limit(s.limits.bodyBytes);
-  s.parser->eager(true);
+  // note: not eager, so that no byte of a body is looked at before its head is.
+  s.parser->eager(false);
   s.headTaken = 0;
   s.hasHead = false;
   s.refusal.reset();
@@ -90,6 +90,7 @@ size_t RequestParser::take(std::string_view bytes) {
       s.hasHead = true;
       s.refusal = refusalOf(s.parser->get());
       if (s.refusal) return taken;
+      s.parser->eager(true);
     }
     if (error || count == 0) break;
   }
@@ -102,8 +103,6 @@ size_t RequestParser::take(std::string_view bytes) {
   const size_t left = bytes.size() - taken;
   if (!s.hasHead && s.headTaken + left >= s.limits.headBytes) {
     s.refusal = refuse(431, "The request's header fields are too large.");
-  } else if (s.hasHead && !s.parser->is_done() && left >= s.limits.headBytes) {
-    s.refusal = refuse(400, "A chunk's head or the trailer is too long.");
   }
   return taken;
 }

@@ -10,8 +10,8 @@
 namespace terrane::serve {
 
 /// Takes requests out of a stream of bytes, one at a time. Whatever is not clearly one request is refused,
-/// above all what another server on the way may believe to end elsewhere (RFC 9112, section 6.3): both a
-/// length and chunks, lengths that are lists, codings other than chunked.
+/// above all what another server on the way may believe to end elsewhere (RFC 9112, section 6.3): lengths
+/// that are lists, and bodies in chunks, which need no server here.
 class RequestParser {
  public:
   /// `limits` must outlive the parser: requestLineBytes (414), headBytes (431), bodyBytes (413).

@@ -189,19 +189,18 @@ TEST_F(HttpServerTest, FilesComeWholeToFastAndSlowReaders) {
   EXPECT_TRUE(answer->body == content_);
 }
 
-TEST_F(HttpServerTest, BodiesComeByLengthAndInChunks) {
+TEST_F(HttpServerTest, BodiesComeByLength) {
   start();
   HttpClient one = client();
   one.send(
       "POST /a HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\n\r\nhelloPOST /b HTTP/1.1\r\nHost: "
-      "a\r\nTransfer-Encoding: chunked\r\n\r\n"
-      "3\r\nabc\r\n2;x=y\r\nde\r\n0\r\n\r\n");
+      "a\r\nContent-Length: 0\r\n\r\n");
   auto answer = one.receive();
   ASSERT_TRUE(answer);
   EXPECT_EQ(answer->body, "POST /a hello");
   answer = one.receive();
   ASSERT_TRUE(answer);
-  EXPECT_EQ(answer->body, "POST /b abcde");
+  EXPECT_EQ(answer->body, "POST /b ");
   // One that asks first is told to go on.
   one.send("POST /c HTTP/1.1\r\nHost: a\r\nContent-Length: 2\r\nExpect: 100-continue\r\n\r\n");
   answer = one.receive();
@@ -235,11 +234,6 @@ TEST_F(HttpServerTest, RefusesWhatIsTooLarge) {
   for (int i = 0; i < 3000; ++i) many += "X" + std::to_string(i) + ": y\r\n";
   expectRefused(many + "\r\n", 431);
   expectRefused("POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 99999999\r\n\r\n", 413);
-  std::string chunks = "POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n";
-  for (int i = 0; i < 600; ++i) chunks += "400\r\n" + std::string(1024, 'c') + "\r\n";
-  expectRefused(chunks, 413);
-  expectRefused(
-      "POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n3;" + std::string(30000, 'x'), 400);
 }
 
 TEST_F(HttpServerTest, RefusesWhatOthersMightReadDifferently) {
@@ -257,16 +251,10 @@ TEST_F(HttpServerTest, RefusesWhatOthersMightReadDifferently) {
   expectRefused(post + "Content-Length: 0x5\r\n\r\nhello", 400);
   expectRefused(post + "Content-Length: 99999999999999999999999\r\n\r\n", 400);
   expectRefused(post + "Content-Length : 5\r\n\r\nhello", 400);
-  expectRefused(post + "Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n", 501);
-  expectRefused(post + "Transfer-Encoding: xchunked\r\n\r\n0\r\n\r\n", 501);
-  expectRefused(post + "Transfer-Encoding: chunked\r\nTransfer-Encoding: identity\r\n\r\n0\r\n\r\n", 400);
+  for (const char* coding : {"chunked", "gzip, chunked", "xchunked", "identity"})
+    expectRefused(post + "Transfer-Encoding: " + coding + "\r\n\r\n0\r\n\r\n", 411);
+  expectRefused(post + "Transfer-Encoding: chunked\r\n\r\n3\r\nabc\r\n0\r\n\r\nGET / HTTP/1.1\r\n\r\n", 411);
   expectRefused("POST / HTTP/1.0\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400);
-  const std::string chunked = post + "Transfer-Encoding: chunked\r\n\r\n";
-  expectRefused(chunked + "g\r\nabc\r\n0\r\n\r\n", 400);
-  expectRefused(chunked + "3\r\nabcd\r\n0\r\n\r\n", 400);
-  expectRefused(chunked + "-3\r\nabc\r\n0\r\n\r\n", 400);
-  expectRefused(chunked + "ffffffffffffffffff\r\nabc\r\n", 400);
-  expectRefused(chunked + "3\nabc\n0\n\n", 408);  // no line has ended yet
   expectRefused("GET / HTTP/1.1\r\n\r\n", 400);
   expectRefused("GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n", 400);
   expectRefused("GET / HTTP/1.1\r\nHost: a\r\nA B: c\r\n\r\n", 400);

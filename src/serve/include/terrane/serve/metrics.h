@@ -26,8 +26,8 @@ class Metrics {
   std::string text() const;
 
  private:
-  static constexpr std::array<int, 19> kStatuses = {200, 204, 206, 304, 400, 404, 405, 408, 412, 413,
-                                                    414, 415, 416, 417, 431, 500, 501, 503, 505};
+  static constexpr std::array<int, 19> kStatuses = {200, 204, 206, 304, 400, 404, 405, 408, 411, 412,
+                                                    413, 414, 415, 416, 417, 431, 500, 503, 505};
   static constexpr std::array<double, 10> kBuckets = {0.0001, 0.0003, 0.001, 0.003, 0.01,
                                                       0.03,   0.1,    0.3,   1.0,   10.0};
   std::array<std::array<std::atomic<uint64_t>, kStatuses.size()>, kRouteCount> requests_{};
