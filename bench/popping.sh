@@ -4,6 +4,4 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # shellcheck source=bench/support/datasets.sh
 source bench/support/datasets.sh
-# note: not the largest one; its ground is no different, and this takes minutes a dataset.
-exec build/release/bin/measure_popping bench/flights build/bench/popping.json \
-  "${datasets[0]}" "${datasets[1]}" "${datasets[3]}"
+exec build/release/bin/measure_popping bench/flights build/bench/popping.json "${datasets[@]}"

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "small_dataset.h"
 
 namespace terrane {
@@ -19,6 +21,38 @@ TEST_F(DatasetTest, ReadsWhatIsThere) {
   EXPECT_EQ(dataset->bytesRead(), 2U);
   SilentProgress progress;
   EXPECT_TRUE(checkArchives(*dataset, progress).ok());
+}
+
+TEST_F(DatasetTest, SeveralTilesAreReadTogether) {
+  const auto dataset = Dataset::open(directory_.file(""));
+  ASSERT_TRUE(dataset.ok());
+  const std::vector<TileId> wanted = {{1, 1, 1}, {1, 1, 0}, {0, 0, 0}, {1, 1, 1}};
+  const auto read = dataset->readElevation(wanted);
+  ASSERT_TRUE(read.ok());
+  ASSERT_EQ(read->size(), 4U);
+  EXPECT_EQ((*read)[0], (std::vector<uint8_t>{6}));
+  EXPECT_FALSE((*read)[1].has_value());
+  EXPECT_EQ((*read)[2], (std::vector<uint8_t>{1, 2, 3}));
+  EXPECT_EQ((*read)[3], (*read)[0]);
+  EXPECT_EQ(dataset->bytesRead(), 5U);
+  EXPECT_TRUE(dataset->readElevation(std::vector<TileId>{})->empty());
+}
+
+TEST_F(DatasetTest, OpenFilesStayWhatTheyWere) {
+  const auto dataset = Dataset::open(directory_.file(""));
+  ASSERT_TRUE(dataset.ok());
+  // As a build puts another in its place: a new file of that name.
+  std::filesystem::rename(archive(), archive() + ".old");
+  writeWholeFile(archive(), "something else");
+  EXPECT_EQ(dataset->readElevation({1, 0, 0}).value().value(), (std::vector<uint8_t>{4, 5}));
+}
+
+TEST_F(DatasetTest, AnAddressIsNoDirectory) {
+  for (const char* address : {"http://127.0.0.1/d/made", "https:/host/made"}) {
+    const auto dataset = Dataset::open(address);
+    ASSERT_FALSE(dataset.ok());
+    EXPECT_NE(dataset.error().message.find("on disk"), std::string::npos) << dataset.error().message;
+  }
 }
 
 TEST_F(DatasetTest, EveryChangedByteOfAnArchiveIsSeen) {

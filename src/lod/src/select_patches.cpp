@@ -23,9 +23,9 @@ constexpr double kShadingTexelPixels = 1.5;
 /// A diamond's error is larger than its children's by at least this factor: one step of error codes (strict
 /// saturation).
 constexpr double kSaturation = 1.0905077326652577;
-/// Half way through its morph a patch is worse than at either end of it, by this factor: of two errors e and
-/// e / s, mixed as the metric asks while it falls from e = s tau' to e = tau'.
-constexpr double kMixedError = (kSaturation + 1.0) * (kSaturation + 1.0) / (4.0 * kSaturation);
+/// Over at most this factor of the error on screen a diamond morphs, even where its children ask for nothing
+/// yet: the error falls as in rough ground from one bintree level to the next, and what is drawn is worth it.
+constexpr double kWidestMorph = 1.4142135623730951;
 
 /// The centre of the diamond two levels up whose triangles hold both of the given one's.
 void climbTwoLevels(int level, int& x, int& y) {
@@ -78,7 +78,6 @@ class Selector {
         pictureDiagonal_(std::hypot(camera.width, camera.height)),
         pictureArea_(static_cast<double>(camera.width) * camera.height),
         morphs_(selection.morph && selection.metric == SplitMetric::Full),
-        splitPixels_(morphs_ ? selection.tolerancePixels / kMixedError : selection.tolerancePixels),
         ramps_(morphs_ ? history : nullptr, drawnLevel_, selection.grid.k, elapsedSeconds) {}
 
   Cut run() {
@@ -189,8 +188,11 @@ class Selector {
     double errorMeters = 0.0;  ///< of its patches as they are
     double errorPixels = 0.0;
     bool wantsSplit = false;
-    double excess = 0.0;   ///< how many times too coarse it is; splits above 1
-    double morph = 1.0;    ///< of the patches that a split makes, as far as the camera asks for them
+    bool beyondCodes = false;  ///< its error is more than codes can tell: always worth a split
+    /// How many times too large its error and its lighting's texels look; splits where one is above 1.
+    double byError = 0.0;
+    double byTexel = 0.0;
+    double excess() const { return std::max(byError, byTexel); }
     double urgency = 0.0;  ///< for the wish list
     Prism own;             ///< over the diamond's own triangles
   };
@@ -214,17 +216,12 @@ class Selector {
     const double tau = selection_.tolerancePixels;
     switch (selection_.metric) {
       case SplitMetric::Full: {
-        const double byError = out.errorPixels / splitPixels_;
+        out.byError = out.errorPixels / tau;
         const double texel = texelPixels(d.level, prism);
-        const double byTexel = texel / (kShadingTexelPixels * selection_.texelPixels);
-        // Code 255 says "beyond what codes can tell": always worth a split.
-        const bool beyondCodes = code.error == 255 && out.errorPixels > 0.0;
-        out.excess = std::max(byError, byTexel);
-        out.wantsSplit = out.excess > 1.0 || beyondCodes;
-        out.urgency = byError > 1.0 || beyondCodes ? out.errorPixels : kShadingWishWeight * texel;
-        // A child's excess is smaller by the saturation at least: this has reached 1 before a child splits.
-        if (morphs_ && !beyondCodes)
-          out.morph = std::clamp((out.excess - 1.0) / (kSaturation - 1.0), 0.0, 1.0);
+        out.byTexel = texel / (kShadingTexelPixels * selection_.texelPixels);
+        out.beyondCodes = code.error == 255 && out.errorPixels > 0.0;
+        out.wantsSplit = out.excess() > 1.0 || out.beyondCodes;
+        out.urgency = out.byError > 1.0 || out.beyondCodes ? out.errorPixels : kShadingWishWeight * texel;
         break;
       }
       case SplitMetric::DistanceOnly:
@@ -239,6 +236,39 @@ class Selector {
         break;
     }
     return out;
+  }
+
+  /// How far the patches that a diamond's split makes have become themselves, as far as the camera asks for
+  /// them. By when a child splits this is 1, whichever of the two it splits for.
+  double morphOf(const Diamond& d, const Judgement& judged) {
+    if (!morphs_ || judged.beyondCodes) return 1.0;
+    if (judged.byError >= kWidestMorph) return 1.0;
+    const double byTexel = morphAt(judged.byTexel, kSaturation);
+    if (judged.byError <= 1.0) return byTexel;
+    return std::max(byTexel, morphAt(judged.byError, errorOverChildren(d, judged.errorMeters)));
+  }
+
+  /// 0 where a diamond is `excess` = 1 times too coarse, 1 at `band`, by when its children may be; linear in
+  /// 1 / excess, so that of two errors mixed, e and at most e / band, exactly tau is left all the way.
+  static double morphAt(double excess, double band) {
+    return std::clamp((1.0 - 1.0 / excess) / (1.0 - 1.0 / band), 0.0, 1.0);
+  }
+
+  /// How many times larger a diamond's error is than that of each of its children, but at most kWidestMorph.
+  /// Their tiles are here.
+  double errorOverChildren(const Diamond& d, double errorMeters) {
+    // What stands for the code of a smaller patch may differ on two sides of a tile's border.
+    if (selection_.grid.k < kNodeGrid.k) return kSaturation;
+    const int tileLevel = selection_.grid.tileLevel(d.level + 1);
+    uint8_t code = 0;
+    for (const Triangle& t : lattice_.trianglesAfterSplit(d)) {
+      const TileId id = lattice_.tileOf(t, tileLevel);
+      const TileNodes& nodes = info(id).tile->nodes;
+      code = std::max(code, nodeErrorCode(selection_.grid, nodes, id.isRoot(), local(t.diamond, id)));
+    }
+    const double childMeters = scale_.errorFromCode(code) * selection_.exaggeration;
+    if (childMeters * kWidestMorph <= errorMeters) return kWidestMorph;
+    return std::max(kSaturation, errorMeters / childMeters);
   }
 
   /// How large the texels of the finest shading tile that the diamond's patches can have look: a patch so
@@ -280,8 +310,8 @@ class Selector {
     // What is left: what the parent knows of the tile, at most what saturation leaves; or half.
     double left = 0.5;
     const TileInfo& parent = info(id.parent());
-    if (judged.excess > 0.0 && selection_.grid.k <= kNodeGrid.k && parent.residency == Residency::Resident &&
-        judged.errorMeters > 0.0) {
+    if (judged.excess() > 0.0 && selection_.grid.k <= kNodeGrid.k &&
+        parent.residency == Residency::Resident && judged.errorMeters > 0.0) {
       const ChildSummary& child = parent.tile->children[static_cast<size_t>(id.quadrant())];
       left = std::min(scale_.errorFromCode(child.error) * selection_.exaggeration / judged.errorMeters,
                       1.0 / kSaturation);
@@ -344,8 +374,9 @@ class Selector {
   void split(const Diamond& d, const Judgement& judged, const MorphRamps::Progress& parents,
              std::vector<Piece>& next) {
     Split made;
-    made.ramp = ramps_.advance(d, parents, judged.morph, judged.excess);
-    made.morph = static_cast<float>(std::min(judged.morph, made.ramp.share));
+    const double wanted = morphOf(d, judged);
+    made.ramp = ramps_.advance(d, parents, wanted, judged.excess());
+    made.morph = static_cast<float>(std::min(wanted, made.ramp.share));
     made.errorMeters = judged.errorMeters;
     made.errorPixels = judged.errorPixels;
     const auto index = static_cast<int>(splits_.size());
@@ -408,7 +439,6 @@ class Selector {
   double pictureDiagonal_;
   double pictureArea_;
   bool morphs_;
-  double splitPixels_;  ///< larger errors on screen split
   MorphRamps ramps_;
   std::unordered_map<TileId, TileInfo, TileIdHash> info_;
   std::vector<Split> splits_;

@@ -218,6 +218,60 @@ TEST(Morph, WithoutItVerticesJump) {
   EXPECT_GT(jumps, 100);
 }
 
+/// A diamond glides as slowly as it may: of its own error and its children's, mixed, tau is left on screen
+/// all the way, until it is there in full; by then its children ask for nothing yet.
+TEST(Morph, LeavesExactlyTauOnTheWay) {
+  const double saturation = std::exp2(0.125);
+  int gliding = 0, slow = 0;
+  for (uint32_t seed = 0; seed < 8; ++seed) {
+    std::mt19937 random(650 + seed);
+    const FakeWorld world(2, seed);
+    const FakeResidents residents(world, allOf(world));
+    const Lattice lattice(2);
+    PatchSelection selection;
+    selection.grid.k = 4 + static_cast<int>(seed % 2);
+    selection.cull = false;
+    selection.texelPixels = 1e6;
+    selection.tolerancePixels = seed % 3 == 0 ? 2.5 : 1.0;
+    const NestedOctagons octagons(lattice, selection.grid.deepestLevel(2));
+    for (int view = 0; view < 12; ++view) {
+      const Camera camera = randomCamera(random, world);
+      const ScreenMetric metric(camera, {world.frame.spacingXMeters(), world.frame.spacingYMeters()},
+                                selection.tolerancePixels, selection.nearMeters);
+      for (const Patch& patch :
+           selectPatches(selection, world.frame, world.scale, camera, residents).patches) {
+        if (patch.triangle.diamond.level == 0) continue;
+        const Diamond by{patch.triangle.apex.x, patch.triangle.apex.y, patch.triangle.diamond.level - 1};
+        const double error = world.scale.errorFromCode(errorCodeOf(world, selection.grid, by));
+        const FakeWorld::Code& code = world.codes.at(by);
+        const Prism prism{{by.x, by.y},
+                          octagons.nested(by.level),
+                          world.scale.heightFromRangeCode(code.low) - error,
+                          world.scale.heightFromRangeCode(code.high) + error};
+        const double excess = metric.errorPixels(prism, error) / selection.tolerancePixels;
+        double children = 0.0;
+        for (const Diamond& c : lattice.children(by))
+          children = std::max(children, world.scale.errorFromCode(errorCodeOf(world, selection.grid, c)));
+        const auto morph = static_cast<double>(patch.morph);
+        if (morph == 1.0) {
+          EXPECT_GE(excess, std::min(std::sqrt(2.0), error / children) * (1.0 - 1e-6));
+          continue;
+        }
+        const double left = excess * (1.0 - morph + morph * children / error);
+        EXPECT_LE(left, 1.0 + 1e-5) << "seed " << seed << " view " << view << " morph " << morph;
+        if (children * std::sqrt(2.0) >= error) {
+          EXPECT_GE(left, 1.0 - 1e-5);
+        }
+        ++gliding;
+        slow += excess > saturation;
+      }
+    }
+  }
+  std::printf("%d patches glided, %d of them above the strict saturation\n", gliding, slow);
+  EXPECT_GT(gliding, 1000);
+  EXPECT_GT(slow, 300);
+}
+
 /// With everything resident a history changes nothing, wherever the camera goes.
 TEST(Morph, NothingFadesInWhereAllWasHere) {
   for (uint32_t seed = 0; seed < 4; ++seed) {

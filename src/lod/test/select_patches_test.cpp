@@ -68,9 +68,7 @@ std::set<Diamond> greatestCut(const FakeWorld& world, const FakeResidents& resid
                         octagons.nested(n),
                         world.scale.heightFromRangeCode(code.low) - error,
                         world.scale.heightFromRangeCode(code.high) + error};
-      const double mixed =
-          selection.morph ? (kSaturation + 1.0) * (kSaturation + 1.0) / (4.0 * kSaturation) : 1.0;
-      bool wants = metric.errorPixels(prism, error) * mixed > selection.tolerancePixels;
+      bool wants = metric.errorPixels(prism, error) > selection.tolerancePixels;
       const double spacing = world.frame.spacingYMeters() * std::ldexp(1.0, world.finestLevel - n / 2);
       const double texel =
           metric.lengthPixels(prism, spacing) * (selection.morph && n % 2 == 0 ? kSaturation : 1.0);

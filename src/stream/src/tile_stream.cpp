@@ -370,6 +370,7 @@ class TileStream::State {
 
   std::vector<TileKey> roots() const {
     std::vector<TileKey> out;
+    out.reserve(static_cast<size_t>(archives_.count()));
     for (int file = 0; file < archives_.count(); ++file) out.push_back({file - 1, TileId{}});
     return out;
   }
