@@ -84,6 +84,7 @@ class RemoteBytes final : public ByteSource {
   struct Try {
     size_t index = 0;  ///< of the requests
     int failures = 0;
+    int damages = 0;  ///< of these, damaged answers
     double notBefore = 0.0;
     bool fresh = false;
   };
@@ -91,7 +92,7 @@ class RemoteBytes final : public ByteSource {
   Result<std::vector<std::vector<uint8_t>>> fetch(const std::vector<FetchRequest>& requests) const {
     std::vector<std::vector<uint8_t>> out(requests.size());
     std::deque<Try> waiting;
-    for (size_t i = 0; i < requests.size(); ++i) waiting.push_back({i, 0, 0.0, false});
+    for (size_t i = 0; i < requests.size(); ++i) waiting.push_back({i, 0, 0, 0.0, false});
     std::map<uint64_t, Try> underway;
     lastAnswer_ = std::max(lastAnswer_, seconds());
     std::optional<Error> ended;
@@ -177,7 +178,8 @@ class RemoteBytes final : public ByteSource {
     lastAnswer_ = now;
     offlineTries_ = 0;
     const bool isBusy = failure.problem == FetchProblem::Busy;
-    if (++again.failures >= (isBusy ? kMostBusy : kMostDamaged))
+    if (!isBusy) ++again.damages;
+    if (++again.failures >= kMostBusy || again.damages >= kMostDamaged)
       return makeError("{}, {} times", failure.message, again.failures);
     again.fresh = !isBusy;
     again.notBefore = now + std::max(failure.retryAfterSeconds, backOff(again.failures, lastId_));

@@ -26,6 +26,7 @@ struct ShelfEntry {
   bool alone = false;      ///< to be fetched by itself: a request with others failed
   bool fresh = false;      ///< to be fetched past caches: it was damaged
   int failures = 0;        ///< in a row
+  int damages = 0;         ///< of these, damaged answers
   double notBefore = 0.0;  ///< seconds: the next try
   bool lost = false;       ///< given up, at least until notBefore
   int decodedChildren = 0;

@@ -241,11 +241,11 @@ class TileStream::State {
 
   void failTile(const TileKey& key, ShelfEntry& entry, FetchProblem problem, double atLeastSeconds) {
     ++entry.failures;
-    const int most = problem == FetchProblem::Busy ? kMostBusy : kMostDamaged;
+    if (problem != FetchProblem::Busy) ++entry.damages;
     if (problem == FetchProblem::Missing) {
       entry.lost = true;
       entry.notBefore = std::numeric_limits<double>::infinity();
-    } else if (entry.failures >= most) {
+    } else if (entry.failures >= kMostBusy || entry.damages >= kMostDamaged) {
       entry.lost = true;
       entry.notBefore = now_ + kLostSeconds;
     } else {
@@ -292,7 +292,7 @@ class TileStream::State {
         failTile(done.key, entry, FetchProblem::Malformed, 0.0);
         continue;
       }
-      entry.failures = 0;
+      entry.failures = entry.damages = 0;
       entry.lost = entry.fresh = false;
       entry.sketch.reset();
       entry.pictureSketch.reset();

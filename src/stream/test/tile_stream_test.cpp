@@ -199,6 +199,26 @@ TEST_F(TileStreamTest, DamagedTilesAreFetchedAgain) {
   expectTrue(*s.stream, TileId{});
 }
 
+TEST_F(TileStreamTest, ABusyServerIsNotHeldAgainstATile) {
+  Streaming s = streaming({5e6, 0.05});
+  ASSERT_TRUE(s.open());
+  s.stream->want(std::vector{wishFor(TileId{})});
+  const auto failUntil = [&](const LineFaults& faults, uint64_t count) {
+    s.line->setFaults(faults);
+    while (s.stream->statistics().requestsFailed < count && s.now < 60.0) s.step(0.01);
+    ASSERT_EQ(s.stream->statistics().requestsFailed, count);
+  };
+  // Refused for a while, then cut off once: neither often enough to give it up.
+  LineFaults busy, cutOff;
+  busy.busyShare = cutOff.truncatedShare = 1.0;
+  failUntil(busy, 6);
+  failUntil(cutOff, 7);
+  EXPECT_EQ(s.stream->statistics().tilesLost, 0U);
+  s.line->setFaults({});
+  EXPECT_LT(s.settle(60.0), 20.0);
+  expectTrue(*s.stream, TileId{});
+}
+
 TEST_F(TileStreamTest, OverAThinLineTheRootIsSketchedFirst) {
   Streaming s = streaming({3000.0, 0.05});
   ASSERT_TRUE(s.open());
