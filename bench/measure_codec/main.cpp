@@ -245,17 +245,12 @@ Status run(const std::vector<std::string>& arguments) {
     }
   }
   setBars(outcomes, result);
-  std::fputs(result.toTable().c_str(), stdout);
-  TERRANE_TRY(writeTextFile(arguments[0], result.toJson().dump(1) + "\n"));
-  return result.allHold() ? Status() : Status(makeError("a bar does not hold"));
+  return finishBench(result, arguments[0]);
 }
 
 }  // namespace
 }  // namespace terrane
 
 int main(int argc, char** argv) {
-  const terrane::Status done = terrane::run(std::vector<std::string>(argv + 1, argv + argc));
-  if (done.ok()) return 0;
-  std::fprintf(stderr, "measure_codec: %s\n", done.error().message.c_str());
-  return 1;
+  return terrane::benchMain("measure_codec", argc, argv, terrane::run);
 }

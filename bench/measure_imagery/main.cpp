@@ -1,7 +1,6 @@
 #include <gdal_priv.h>
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 
@@ -51,6 +50,7 @@ Result<Pixels> readLayer(const Dataset& dataset, int width, int height) {
   for (const TileId id : dataset.imageryTiles(0)) {
     if (id.level != finest) continue;
     TERRANE_ASSIGN(const auto bytes, dataset.readImagery(0, id));
+    if (!bytes) return makeError("{}: no imagery tile {}", dataset.directory(), toString(id));
     TERRANE_ASSIGN(const ImageryTile tile, decodeImagery(*bytes));
     for (int y = 0; y < kImageryTileSide && id.row * kImageryTileSide + y < height; ++y) {
       const int count = std::min(kImageryTileSide, width - id.col * kImageryTileSide);
@@ -120,17 +120,12 @@ Status run(const std::vector<std::string>& arguments) {
         psnr(source.rgba, throughBc1(source.rgba, source.width, source.height)), 0.0);
   }
   result.bars.push_back({"imagery_cpu_vs_cog", ours / cogs, "", kBar});
-  std::fputs(result.toTable().c_str(), stdout);
-  TERRANE_TRY(writeTextFile(arguments[0], result.toJson().dump(1) + "\n"));
-  return result.allHold() ? Status() : Status(makeError("a bar does not hold"));
+  return finishBench(result, arguments[0]);
 }
 
 }  // namespace
 }  // namespace terrane
 
 int main(int argc, char** argv) {
-  const terrane::Status done = terrane::run(std::vector<std::string>(argv + 1, argv + argc));
-  if (done.ok()) return 0;
-  std::fprintf(stderr, "measure_imagery: %s\n", done.error().message.c_str());
-  return 1;
+  return terrane::benchMain("measure_imagery", argc, argv, terrane::run);
 }

@@ -92,19 +92,12 @@ Status run(const std::vector<std::string>& arguments) {
   }
   std::printf("The best K is %d.\n\n", bestK);
   result.bars.push_back({"triangles_vs_grid", total[bestK].ratio(), "", kBar});
-  std::fputs(result.toTable().c_str(), stdout);
-  auto json = result.toJson();
-  json["best_k"] = bestK;
-  TERRANE_TRY(writeTextFile(arguments[1], json.dump(1) + "\n"));
-  return result.allHold() ? Status() : Status(makeError("a bar does not hold"));
+  return finishBench(result, arguments[1], {{"best_k", bestK}});
 }
 
 }  // namespace
 }  // namespace terrane
 
 int main(int argc, char** argv) {
-  const terrane::Status done = terrane::run(std::vector<std::string>(argv + 1, argv + argc));
-  if (done.ok()) return 0;
-  std::fprintf(stderr, "measure_patches: %s\n", done.error().message.c_str());
-  return 1;
+  return terrane::benchMain("measure_patches", argc, argv, terrane::run);
 }

@@ -211,17 +211,12 @@ Status run(const std::vector<std::string>& arguments) {
                  {"max_error_over_tau", largest("max_error_over_tau"), "", 1.0},
                  {"cracks", largest("cracks"), "pixels", 0.0},
                  {"missing", largest("missing"), "pixels", 0.0}};
-  std::fputs(result.toTable().c_str(), stdout);
-  TERRANE_TRY(writeTextFile(arguments[1], result.toJson().dump(1) + "\n"));
-  return result.allHold() ? Status() : Status(makeError("a bar does not hold"));
+  return finishBench(result, arguments[1]);
 }
 
 }  // namespace
 }  // namespace terrane
 
 int main(int argc, char** argv) {
-  const terrane::Status done = terrane::run(std::vector<std::string>(argv + 1, argv + argc));
-  if (done.ok()) return 0;
-  std::fprintf(stderr, "measure_popping: %s\n", done.error().message.c_str());
-  return 1;
+  return terrane::benchMain("measure_popping", argc, argv, terrane::run);
 }

@@ -168,7 +168,8 @@ Result<StreamFlightReport> measure(const Ground& ground, const Setting& setting,
   return report;
 }
 
-Status run(std::vector<std::string> arguments) {
+Status run(const std::vector<std::string>& given) {
+  std::vector<std::string> arguments = given;
   std::string only;
   if (arguments.size() > 2 && arguments[0] == "--only") {
     only = arguments[1];
@@ -222,17 +223,12 @@ Status run(std::vector<std::string> arguments) {
            {"thin_line_first_s", "s", 5.0}}) {
     if (worst.values.count(name) != 0) result.bars.push_back({name, worst.values[name], unit, most});
   }
-  std::fputs(result.toTable().c_str(), stdout);
-  TERRANE_TRY(writeTextFile(arguments[1], result.toJson().dump(1) + "\n"));
-  return result.allHold() ? Status() : Status(makeError("a bar does not hold"));
+  return finishBench(result, arguments[1]);
 }
 
 }  // namespace
 }  // namespace terrane
 
 int main(int argc, char** argv) {
-  const terrane::Status done = terrane::run(std::vector<std::string>(argv + 1, argv + argc));
-  if (done.ok()) return 0;
-  std::fprintf(stderr, "measure_stream: %s\n", done.error().message.c_str());
-  return 1;
+  return terrane::benchMain("measure_stream", argc, argv, terrane::run);
 }

@@ -139,4 +139,21 @@ Status writeTextFile(const std::string& path, const std::string& text) {
   return {};
 }
 
+Status finishBench(const BenchResult& result, const std::string& path,
+                   const nlohmann::ordered_json& besides) {
+  std::fputs(result.toTable().c_str(), stdout);
+  Json json = result.toJson();
+  json.update(besides);
+  TERRANE_TRY(writeTextFile(path, json.dump(1) + "\n"));
+  return result.allHold() ? Status() : Status(makeError("a bar does not hold"));
+}
+
+int benchMain(const char* program, int argc, char** argv,
+              const std::function<Status(const std::vector<std::string>&)>& run) {
+  const Status done = run(std::vector<std::string>(argv + 1, argv + argc));
+  if (done.ok()) return 0;
+  std::fprintf(stderr, "%s: %s\n", program, done.error().message.c_str());
+  return 1;
+}
+
 }  // namespace terrane

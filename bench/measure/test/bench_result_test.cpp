@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
+#include "temporary_directory.h"
+
 namespace terrane {
 namespace {
 
@@ -43,6 +47,35 @@ TEST(BenchResult, PrintsATable) {
             "max_error_over_tau      0.93         at most 1  holds\n"
             "cracks_resident     1 pixels  at most 0 pixels  DOES NOT HOLD\n"
             "speed                      9        at least 8  holds\n");
+}
+
+TEST(BenchResult, EndsWithAFileAndAnErrorWhereABarDoesNotHold) {
+  const TemporaryDirectory folder;
+  const std::string path = folder.file("error.json");
+  EXPECT_FALSE(finishBench(result(), path, {{"best_k", 5}}).ok());
+  std::ifstream file(path);
+  const auto json = nlohmann::json::parse(file);
+  EXPECT_EQ(json["best_k"], 5);
+  EXPECT_EQ(json["bench"], "error");
+  BenchResult good = result();
+  good.bars.pop_back();
+  good.bars.pop_back();
+  EXPECT_TRUE(finishBench(good, path).ok());
+  EXPECT_FALSE(finishBench(good, folder.file("no/such/folder.json")).ok());
+}
+
+TEST(BenchResult, AProgramEndsWithAStatus) {
+  char name[] = "bench", argument[] = "a";
+  char* arguments[] = {name, argument};
+  std::vector<std::string> given;
+  const auto run = [&](const std::vector<std::string>& all) {
+    given = all;
+    return Status();
+  };
+  EXPECT_EQ(benchMain("bench", 2, arguments, run), 0);
+  EXPECT_EQ(given, std::vector<std::string>{"a"});
+  const auto fail = [](const std::vector<std::string>&) { return Status(makeError("no")); };
+  EXPECT_EQ(benchMain("bench", 1, arguments, fail), 1);
 }
 
 TEST(Bar, HoldsOnItsSide) {

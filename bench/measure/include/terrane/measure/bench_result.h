@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -42,5 +43,14 @@ Result<std::vector<std::string>> flightsIn(const std::string& folder);
 
 /// Writes a file whole: aside, then renamed into place.
 Status writeTextFile(const std::string& path, const std::string& text);
+
+/// How a bench ends: its table on the terminal, its JSON in a file, with these members besides. Error: a bar
+/// does not hold, or the file cannot be written.
+Status finishBench(const BenchResult& result, const std::string& path,
+                   const nlohmann::ordered_json& besides = nlohmann::ordered_json::object());
+
+/// The main() of a bench's program: gives `run` its arguments, says on standard error what went wrong.
+int benchMain(const char* program, int argc, char** argv,
+              const std::function<Status(const std::vector<std::string>&)>& run);
 
 }  // namespace terrane
