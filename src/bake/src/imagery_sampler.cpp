@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "float4.h"
+#include "terrane/base/float4.h"
 #include "input_crs.h"
 
 namespace terrane {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "float4.h"
+#include "terrane/base/float4.h"
 #include "terrane/base/check.h"
 
 namespace terrane {

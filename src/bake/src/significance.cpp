@@ -6,7 +6,7 @@
 #include <cstring>
 #include <vector>
 
-#include "float4.h"
+#include "terrane/base/float4.h"
 #include "terrane/base/check.h"
 
 namespace terrane {

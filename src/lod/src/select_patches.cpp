@@ -23,6 +23,9 @@ constexpr double kShadingTexelPixels = 1.5;
 /// A diamond's error is larger than its children's by at least this factor: one step of error codes (strict
 /// saturation).
 constexpr double kSaturation = 1.0905077326652577;
+/// Errors of meshes need not fall from level to level where it is the samples that are wrong; a morph takes
+/// at least so much.
+constexpr double kLeastMeshSaturation = 1.02;
 /// Over at most this factor of the error on screen a diamond morphs, even where its children ask for nothing
 /// yet: the error falls as in rough ground from one bintree level to the next, and what is drawn is worth it.
 constexpr double kWidestMorph = 1.4142135623730951;
@@ -62,13 +65,15 @@ class Selector {
   Selector(const PatchSelection& selection, const Frame& frame, const ElevationScale& scale,
            const Camera& camera, const ResidentTiles& tiles, MorphHistory* history, double elapsedSeconds)
       : selection_(selection),
+        isMeshes_(selection.surface == Surface::Meshes),
+        grid_(isMeshes_ ? MeshScale::of(frame).grid : selection.grid),
         scale_(scale),
         tiles_(tiles),
         finestLevel_(frame.finestLevel),
         drawnLevel_(finestLevel_ +
                     (selection.metric == SplitMetric::DistanceOnly ? selection.levelsBelowData : 0)),
         lattice_(drawnLevel_),
-        deepest_(selection.grid.deepestLevel(drawnLevel_)),
+        deepest_(isMeshes_ ? MeshScale::of(frame).deepestLevel() : grid_.deepestLevel(drawnLevel_)),
         octagons_(lattice_, deepest_),
         cellMeters_(frame.spacingXMeters() / std::ldexp(1.0, drawnLevel_ - finestLevel_),
                     frame.spacingYMeters() / std::ldexp(1.0, drawnLevel_ - finestLevel_)),
@@ -78,13 +83,16 @@ class Selector {
         pictureDiagonal_(std::hypot(camera.width, camera.height)),
         pictureArea_(static_cast<double>(camera.width) * camera.height),
         morphs_(selection.morph && selection.metric == SplitMetric::Full),
-        ramps_(morphs_ ? history : nullptr, drawnLevel_, selection.grid.k, elapsedSeconds) {}
+        ramps_(morphs_ ? history : nullptr, drawnLevel_, isMeshes_ ? -1 : grid_.k, elapsedSeconds) {}
 
   Cut run() {
     cut_.latticeDepth = lattice_.depth();
-    cut_.grid = selection_.grid;
+    cut_.surface = selection_.surface;
+    cut_.grid = grid_;
     if (tiles_.find(TileId{}) == nullptr) {
       wishes_.forGeometry(TileId{}, {std::numeric_limits<double>::infinity(), 0.0, pictureArea_});
+    } else if (isMeshes_ && tiles_.findMeshes(TileId{}, 0) == nullptr) {
+      cut_.meshWishes.push_back({TileId{}, 0});
     } else {
       // Level by level: a diamond is looked at when every parent that it has in the world has split.
       std::vector<Piece> pieces;
@@ -148,12 +156,12 @@ class Selector {
     NodeCode code;
     for (const LatticePoint& apex : lattice_.apexes(d)) {
       const Triangle t{d, apex};
-      const TileId id = lattice_.tileOf(t, selection_.grid.tileLevel(d.level));
+      widenRange(code, t);
+      if (isMeshes_) continue;
+      const TileId id = lattice_.tileOf(t, grid_.tileLevel(d.level));
       const TileInfo& tile = info(id);
       if (tile.residency == Residency::Resident)
-        code.error =
-            std::max(code.error, nodeErrorCode(selection_.grid, tile.tile->nodes, id.isRoot(), local(d, id)));
-      widenRange(code, t);
+        code.error = std::max(code.error, nodeErrorCode(grid_, tile.tile->nodes, id.isRoot(), local(d, id)));
     }
     return code;
   }
@@ -168,7 +176,7 @@ class Selector {
   /// patches of the one that stands for it.
   void widenRange(NodeCode& code, const Triangle& t) {
     const int n = t.diamond.level;
-    const TileId id = lattice_.tileOf(t, std::min(kNodeGrid.tileLevel(n), selection_.grid.tileLevel(n)));
+    const TileId id = lattice_.tileOf(t, std::min(kNodeGrid.tileLevel(n), grid_.tileLevel(n)));
     const TileInfo& tile = info(id);
     if (tile.residency != Residency::Resident) {
       code.low = std::min(code.low, tile.low);
@@ -176,10 +184,45 @@ class Selector {
       return;
     }
     // note: the same diamond as for the error, or ranges would not nest from level to level.
-    const Diamond d = storedDiamond(selection_.grid, local(t.diamond, id));
+    const Diamond d = storedDiamond(grid_, local(t.diamond, id));
     const auto at = static_cast<size_t>(nodeIndex(d.level, d.x, d.y, id.isRoot()));
     code.low = std::min(code.low, tile.tile->nodes.low[at]);
     code.high = std::max(code.high, tile.tile->nodes.high[at]);
+  }
+
+  /// A patch's mesh.
+  struct MeshPlace {
+    Residency residency = Residency::Missing;  ///< Implied: so deep that there is nothing to be cut any more
+    TileId tile;  ///< that is or would be read; where Missing, the one to wish for
+    int level = 0;
+    const MeshLevel::Patch* patch = nullptr;  ///< null where it is not made
+  };
+  MeshPlace meshOf(const Triangle& t) {
+    const int n = t.diamond.level;
+    TileId id = lattice_.tileOf(t, std::min(grid_.tileLevel(n), finestLevel_));
+    if (info(id).residency == Residency::Missing) return {Residency::Missing, id, 0, nullptr};
+    // What is not stored is cut out of an ancestor's samples.
+    while (info(id).residency == Residency::Implied) id = id.parent();
+    const int level = n - 2 * id.level;
+    if (level > kDeepestVertexLevel) return {Residency::Implied, id, level, nullptr};
+    MeshPlace out{Residency::Resident, id, level, nullptr};
+    if (const MeshLevel* meshes = tiles_.findMeshes(id, level)) {
+      const Diamond d = local(t.diamond, id);
+      const int shift = lattice_.depth() - id.level;
+      const int index =
+          patchIndex(level, {d.x, d.y},
+                     {(t.apex.x >> shift) - id.col * kTileCells, (t.apex.y >> shift) - id.row * kTileCells});
+      out.patch = &meshes->patches[static_cast<size_t>(index)];
+    }
+    return out;
+  }
+  /// The larger error of a diamond's meshes that are made: all that may be drawn are.
+  double meshError(const Diamond& d) {
+    double most = 0.0;
+    for (const LatticePoint& apex : lattice_.apexes(d))
+      if (const MeshPlace place = meshOf({d, apex}); place.patch != nullptr)
+        most = std::max(most, static_cast<double>(place.patch->errorMeters));
+    return most;
   }
 
   struct Judgement {
@@ -202,7 +245,7 @@ class Selector {
     Judgement out;
     out.ground = code.low <= code.high;
     if (!out.ground) return out;
-    out.errorMeters = scale_.errorFromCode(code.error) * selection_.exaggeration;
+    out.errorMeters = (isMeshes_ ? meshError(d) : scale_.errorFromCode(code.error)) * selection_.exaggeration;
     Prism prism;
     prism.center = {d.x, d.y};
     prism.octagon = octagons_.nested(d.level);
@@ -225,8 +268,8 @@ class Selector {
         break;
       }
       case SplitMetric::DistanceOnly:
-        out.urgency = metric_.lengthPixels(prism, cellMeters_.x * octagons_.own(d.level).extent /
-                                                      selection_.grid.cellsPerSide()) /
+        out.urgency = metric_.lengthPixels(
+                          prism, cellMeters_.x * octagons_.own(d.level).extent / grid_.cellsPerSide()) /
                       8.0;
         out.wantsSplit = out.urgency > tau;
         break;
@@ -257,18 +300,26 @@ class Selector {
   /// How many times larger a diamond's error is than that of each of its children, but at most kWidestMorph.
   /// Their tiles are here.
   double errorOverChildren(const Diamond& d, double errorMeters) {
+    if (isMeshes_) return errorOverChildMeshes(d, errorMeters);
     // What stands for the code of a smaller patch may differ on two sides of a tile's border.
-    if (selection_.grid.k < kNodeGrid.k) return kSaturation;
-    const int tileLevel = selection_.grid.tileLevel(d.level + 1);
+    if (grid_.k < kNodeGrid.k) return kSaturation;
+    const int tileLevel = grid_.tileLevel(d.level + 1);
     uint8_t code = 0;
     for (const Triangle& t : lattice_.trianglesAfterSplit(d)) {
       const TileId id = lattice_.tileOf(t, tileLevel);
       const TileNodes& nodes = info(id).tile->nodes;
-      code = std::max(code, nodeErrorCode(selection_.grid, nodes, id.isRoot(), local(t.diamond, id)));
+      code = std::max(code, nodeErrorCode(grid_, nodes, id.isRoot(), local(t.diamond, id)));
     }
     const double childMeters = scale_.errorFromCode(code) * selection_.exaggeration;
     if (childMeters * kWidestMorph <= errorMeters) return kWidestMorph;
     return std::max(kSaturation, errorMeters / childMeters);
+  }
+  double errorOverChildMeshes(const Diamond& d, double errorMeters) {
+    double most = 0.0;
+    for (const Triangle& t : lattice_.trianglesAfterSplit(d)) most = std::max(most, meshError(t.diamond));
+    most *= selection_.exaggeration;
+    if (most * kWidestMorph <= errorMeters) return kWidestMorph;
+    return std::max(kLeastMeshSaturation, errorMeters / most);
   }
 
   /// How large the texels of the finest shading tile that the diamond's patches can have look: a patch so
@@ -286,8 +337,9 @@ class Selector {
 
   /// Are the tiles here that a diamond's children read? Wishes for those that are missing.
   Residency childTiles(const Diamond& d, const Judgement& judged) {
-    const int childTileLevel = selection_.grid.tileLevel(d.level + 1);
-    if (childTileLevel == selection_.grid.tileLevel(d.level)) return Residency::Resident;
+    if (isMeshes_) return childMeshes(d, judged);
+    const int childTileLevel = grid_.tileLevel(d.level + 1);
+    if (childTileLevel == grid_.tileLevel(d.level)) return Residency::Resident;
     Residency least = Residency::Resident;
     TileId wished;
     for (const Triangle& t : lattice_.trianglesAfterSplit(d)) {
@@ -306,12 +358,33 @@ class Selector {
     return least;
   }
 
+  /// The same for their meshes. Wishes for those that are not made.
+  Residency childMeshes(const Diamond& d, const Judgement& judged) {
+    Residency least = Residency::Resident;
+    TileId wished;
+    for (const Triangle& t : lattice_.trianglesAfterSplit(d)) {
+      const MeshPlace place = meshOf(t);
+      if (place.residency == Residency::Implied) return Residency::Implied;
+      if (place.patch != nullptr) continue;
+      least = Residency::Missing;
+      if (place.residency == Residency::Resident) {
+        const MeshWish made{place.tile, place.level};
+        if (std::find(cut_.meshWishes.begin(), cut_.meshWishes.end(), made) == cut_.meshWishes.end())
+          cut_.meshWishes.push_back(made);
+      } else if (place.tile != wished) {
+        wish(place.tile, judged);
+        wished = place.tile;
+      }
+    }
+    return least;
+  }
+
   void wish(TileId id, const Judgement& judged) {
     // What is left: what the parent knows of the tile, at most what saturation leaves; or half.
     double left = 0.5;
     const TileInfo& parent = info(id.parent());
-    if (judged.excess() > 0.0 && selection_.grid.k <= kNodeGrid.k &&
-        parent.residency == Residency::Resident && judged.errorMeters > 0.0) {
+    if (judged.excess() > 0.0 && grid_.k <= kNodeGrid.k && parent.residency == Residency::Resident &&
+        judged.errorMeters > 0.0) {
       const ChildSummary& child = parent.tile->children[static_cast<size_t>(id.quadrant())];
       left = std::min(scale_.errorFromCode(child.error) * selection_.exaggeration / judged.errorMeters,
                       1.0 / kSaturation);
@@ -344,6 +417,13 @@ class Selector {
     if (residency == Residency::Missing) ramps_.holdBack(d);
     return residency == Residency::Resident && parents.done();
   }
+  /// Do the patches show themselves, and nothing of their parents any more? Strict saturation sees to that,
+  /// where errors are codes.
+  bool areWhole(const Piece* begin, const Piece* end) const {
+    return std::all_of(begin, end, [&](const Piece& piece) {
+      return piece.split < 0 || splits_[static_cast<size_t>(piece.split)].morph >= 1.0F;
+    });
+  }
 
   /// Splits the diamonds of one level that want and may; draws the triangles of the others. Returns the
   /// triangles one level deeper.
@@ -361,7 +441,8 @@ class Selector {
       const bool complete = static_cast<int>(end - i) == lattice_.apexes(d).count;
       const Judgement judged = judge(d);
       const MorphRamps::Progress parents = parentsRamp(&pieces[i], pieces.data() + end);
-      if (complete && judged.wantsSplit && d.level < deepest_ && maySplit(d, judged, parents)) {
+      const bool isWhole = !isMeshes_ || areWhole(&pieces[i], pieces.data() + end);
+      if (complete && judged.wantsSplit && isWhole && d.level < deepest_ && maySplit(d, judged, parents)) {
         split(d, judged, parents, next);
       } else if (judged.ground && judged.visible) {
         for (size_t piece = i; piece < end; ++piece) draw(pieces[piece], judged);
@@ -395,7 +476,7 @@ class Selector {
       patch.morph = made.morph;
       if (made.morph < 1.0F) patch.errorPixels = static_cast<float>(mixedError(made, judged.errorMeters));
     }
-    patch.tile = lattice_.tileOf(t, selection_.grid.tileLevel(t.diamond.level));
+    patch.tile = isMeshes_ ? meshOf(t).tile : lattice_.tileOf(t, grid_.tileLevel(t.diamond.level));
 
     // The shading tile: as deep as one texel a pixel asks for, a tile can hold the patch, and tiles are here.
     patch.shadingTile = patch.tile;
@@ -425,6 +506,8 @@ class Selector {
   }
 
   const PatchSelection& selection_;
+  bool isMeshes_;
+  PatchGrid grid_;
   const ElevationScale& scale_;
   const ResidentTiles& tiles_;
   int finestLevel_;
@@ -463,6 +546,8 @@ Cut selectPatches(const PatchSelection& selection, const Frame& frame, const Ele
   TERRANE_CHECK(selection.grid.k >= PatchGrid::kSmallest && selection.grid.k <= PatchGrid::kLargest, "k {}",
                 selection.grid.k);
   TERRANE_CHECK(selection.tolerancePixels > 0.0, "tau {}", selection.tolerancePixels);
+  TERRANE_CHECK(selection.surface == Surface::Patches || selection.metric == SplitMetric::Full,
+                "meshes by another metric than the full one");
   return Selector(selection, frame, scale, camera, tiles, history, elapsedSeconds).run();
 }
 

@@ -8,7 +8,13 @@
 
 namespace terrane {
 
-/// One K-patch to draw.
+/// How a patch becomes triangles.
+enum class Surface : uint8_t {
+  Patches,  ///< all its tile's samples that a K-patch has: the same template for each
+  Meshes,   ///< those of them that its bound needs: an adaptive mesh of its own (codec/mesh_level.h)
+};
+
+/// One patch to draw.
 struct Patch {
   Triangle triangle;         ///< in cells of the cut's lattice depth
   TileId tile;               ///< whose samples are its vertices' heights
@@ -27,13 +33,22 @@ struct TileWish {
   float areaPixels = 0.0F;        ///< about as much of the picture shows the diamonds that wait; at least 1
 };
 
+/// A tile's mesh level that would improve the picture if it were made.
+struct MeshWish {
+  TileId tile;  ///< is resident
+  int level = 0;
+  friend bool operator==(const MeshWish&, const MeshWish&) = default;
+};
+
 /// The patches that a camera needs and the resident tiles allow: they cover what is in view of the world
 /// once, and meet without T-junctions.
 struct Cut {
   int latticeDepth = 0;  ///< unit of all lattice coordinates here
+  Surface surface = Surface::Patches;
   PatchGrid grid;
   std::vector<Patch> patches;
-  std::vector<TileWish> wishes;  ///< most error first; parents are resident
+  std::vector<TileWish> wishes;      ///< most error first; parents are resident
+  std::vector<MeshWish> meshWishes;  ///< for Surface::Meshes, coarse ones first; the levels before are made
   int ramping = 0;  ///< diamonds that are fading in: while there are any, the same view changes with time
 };
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "terrane/codec/mesh_level.h"
 #include "terrane/codec/tile.h"
 #include "terrane/lod/cut.h"
 #include "terrane/lod/morph_history.h"
@@ -17,6 +18,8 @@ class ResidentTiles {
   virtual ~ResidentTiles() = default;
   /// The tile, or null where it is not resident. Valid until residency changes.
   virtual const Tile* find(TileId id) const = 0;
+  /// A resident tile's meshes of a mesh level, or null where they are not made. Only for Surface::Meshes.
+  virtual const MeshLevel* findMeshes(TileId, int) const { return nullptr; }
 };
 
 /// What a split is decided by. All but Full are there to show what each part does (paper 000, figure 3).
@@ -27,7 +30,8 @@ enum class SplitMetric : uint8_t {
 };
 
 struct PatchSelection {
-  PatchGrid grid;                ///< K
+  Surface surface = Surface::Patches;
+  PatchGrid grid;                ///< K; of Surface::Patches
   double tolerancePixels = 1.0;  ///< tau, > 0
   double texelPixels = 1.0;      ///< size of a texel of lighting on screen that is aimed at, > 0
   bool cull = true;              ///< leave out what is outside the frustum
@@ -46,6 +50,11 @@ struct PatchSelection {
 /// nothing but the arguments. Tiles that the metric asks for and that are not resident become wishes. With
 /// everything resident, every patch in view has an error of at most tau, or the dataset's own bound. The
 /// root tile must be resident, else the cut is empty and wishes for it.
+///
+/// With Surface::Meshes patches are those of MeshScale::of(frame), and go on where tiles end: smaller ones of
+/// the finest tiles' samples, with tighter bounds, until all samples count. A diamond splits only where the
+/// meshes of all its children are made, too; those that the metric asks for and that are not become mesh
+/// wishes. Only with SplitMetric::Full.
 ///
 /// With `selection.morph` the drawn surface is a continuous function of the camera. A `history` makes it one
 /// of time too: what a diamond's tiles or its parents held back in the last selection with that history,

@@ -1,0 +1,158 @@
+#include "terrane/codec/mesh_level.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "terrane/base/check.h"
+#include "terrane/tiling/node_layout.h"
+
+namespace terrane {
+
+namespace {
+
+/// Cells along the side of the blocks whose errors a tile states: its nodes of the finest level.
+constexpr int kBlockCells = 16;
+constexpr int kBlocks = kTileCells / kBlockCells;
+/// However wrong the samples are, meshes may leave them by this share of the bound.
+constexpr double kLeastShare = 0.75;
+/// Chords along sides may leave the samples by this share of the next level's bound.
+constexpr double kShareAlongSides = 0.7;
+/// What counts as exact: in spacings of the finest level. Means of floats are not quite on a line.
+constexpr double kExactSpacings = 1.0 / 4096;
+
+/// What a tile's own samples get wrong, and how far its meshes may leave them, block by block.
+struct Blocks {
+  std::array<double, kBlocks * kBlocks> error{};
+  std::array<double, kBlocks * kBlocks> tolerance{};
+};
+
+Blocks blocksOf(TileId id, const Tile& tile, double bound, double least, const ElevationScale& scale) {
+  Blocks out;
+  for (int row = 0; row < kBlocks; ++row) {
+    for (int col = 0; col < kBlocks; ++col) {
+      const int half = kBlockCells / 2;
+      const int node =
+          nodeIndex(kNodeLevels - 1, col * kBlockCells + half, row * kBlockCells + half, id.isRoot());
+      const auto at = static_cast<size_t>(row * kBlocks + col);
+      out.error[at] = scale.errorFromCode(tile.nodes.error[static_cast<size_t>(node)]);
+      out.tolerance[at] = std::max(bound - out.error[at], least);
+    }
+  }
+  return out;
+}
+
+/// Samples on the sides of blocks keep to the narrowest.
+HeightBand bandOf(const Tile& tile, const Blocks& blocks) {
+  const std::vector<float>& heights = tile.samples.heights;
+  const std::vector<uint8_t> measured = measuredSamples(tile.samples);
+  HeightBand out{heights, heights};
+  for (int y = 0; y < kTileSamples; ++y) {
+    const int firstRow = y == 0 ? 0 : (y - 1) / kBlockCells, lastRow = std::min(y / kBlockCells, kBlocks - 1);
+    for (int x = 0; x < kTileSamples; ++x) {
+      const auto at = static_cast<size_t>(y * kTileSamples + x);
+      if (!measured.empty() && measured[at] == 0) {
+        out.low[at] = out.high[at] = std::numeric_limits<float>::quiet_NaN();
+        continue;
+      }
+      const int firstCol = x == 0 ? 0 : (x - 1) / kBlockCells,
+                lastCol = std::min(x / kBlockCells, kBlocks - 1);
+      double tolerance = std::numeric_limits<double>::infinity();
+      for (int row = firstRow; row <= lastRow; ++row)
+        for (int col = firstCol; col <= lastCol; ++col)
+          tolerance = std::min(tolerance, blocks.tolerance[static_cast<size_t>(row * kBlocks + col)]);
+      out.low[at] -= static_cast<float>(tolerance);
+      out.high[at] += static_cast<float>(tolerance);
+    }
+  }
+  return out;
+}
+
+/// The largest error that a patch may have which keeps to the band.
+double errorWithin(const PatchCorners& corners, const Blocks& blocks) {
+  const auto [left, right] = std::minmax({corners.ends[0][0], corners.ends[1][0], corners.apex[0]});
+  const auto [top, bottom] = std::minmax({corners.ends[0][1], corners.ends[1][1], corners.apex[1]});
+  double most = 0.0;
+  for (int row = top / kBlockCells; row * kBlockCells < bottom; ++row)
+    for (int col = left / kBlockCells; col * kBlockCells < right; ++col) {
+      const auto at = static_cast<size_t>(row * kBlocks + col);
+      most = std::max(most, blocks.error[at] + blocks.tolerance[at]);
+    }
+  return most;
+}
+
+std::vector<uint8_t> unpacked(std::span<const uint8_t> bits) {
+  std::vector<uint8_t> out(kTileSampleCount);
+  for (size_t i = 0; i < out.size(); ++i) out[i] = bits[i / 8] >> (i % 8) & 1;
+  return out;
+}
+std::vector<uint8_t> packed(std::span<const uint8_t> vertices) {
+  std::vector<uint8_t> out((vertices.size() + 7) / 8, 0);
+  for (size_t i = 0; i < vertices.size(); ++i)
+    out[i / 8] = static_cast<uint8_t>(out[i / 8] | (vertices[i] & kMeshVertex) << (i % 8));
+  return out;
+}
+
+}  // namespace
+
+MeshScale MeshScale::of(const Frame& frame) {
+  MeshScale out;
+  out.spacingMeters = std::max(frame.spacingXMeters(), frame.spacingYMeters());
+  out.finestLevel = frame.finestLevel;
+  return out;
+}
+
+double MeshScale::boundMeters(int bintreeLevel) const {
+  if (bintreeLevel >= deepestLevel()) return 0.0;
+  // Of the finest tiles' last own level the spacing is that of the data.
+  const int finest = 2 * finestLevel + lastOwnLevel();
+  return boundSpacings * spacingMeters * std::exp2(0.5 * (finest - bintreeLevel));
+}
+
+MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel* before,
+                        const MeshScale& meshScale, const ElevationScale& scale) {
+  TERRANE_CHECK(level >= meshScale.firstLevel(id.isRoot()) && level <= kDeepestVertexLevel,
+                "mesh level {} of tile {}", level, toString(id));
+  TERRANE_CHECK((before == nullptr) == (id.isRoot() && level == 0), "mesh level {} of tile {}", level,
+                toString(id));
+  const double exact = kExactSpacings * meshScale.spacingMeters;
+  const int bintreeLevel = level + 2 * id.level;
+  const double bound = meshScale.boundMeters(bintreeLevel);
+  const Blocks blocks = blocksOf(id, tile, bound, std::max(kLeastShare * bound, exact), scale);
+  const HeightBand band = bandOf(tile, blocks);
+
+  std::vector<uint8_t> inherited;
+  if (before != nullptr) {
+    inherited = unpacked(before->chosen);
+    if (level == meshScale.firstLevel(id.isRoot())) inherited = inheritedVertices(inherited, id.quadrant());
+  }
+  const std::vector<float>& heights = tile.samples.heights;
+  const double alongSides = std::max(kShareAlongSides * meshScale.boundMeters(bintreeLevel + 1), exact);
+  const std::vector<uint8_t> vertices = chooseMeshVertices(heights, band, inherited, level, alongSides);
+  const bool centerFalls = (id.col + id.row) % 2 == 0;
+  const std::vector<float> coarse =
+      before == nullptr ? heights : meshSurface(heights, inherited, level - 1, centerFalls);
+
+  MeshLevel out;
+  out.level = level;
+  const int count = patchCount(level);
+  out.patches.reserve(static_cast<size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    const PatchCorners corners = patchCorners(level, i, centerFalls);
+    const PatchMesh mesh = makePatchMesh(corners, level, vertices, heights, coarse, band);
+    MeshLevel::Patch patch;
+    patch.firstVertex = static_cast<uint32_t>(out.vertices.size());
+    patch.vertexCount = static_cast<uint32_t>(mesh.vertices.size());
+    patch.firstIndex = static_cast<uint32_t>(out.indices.size());
+    patch.indexCount = static_cast<uint32_t>(mesh.indices.size());
+    patch.errorMeters = static_cast<float>(errorWithin(corners, blocks) + mesh.excessMeters);
+    out.patches.push_back(patch);
+    out.vertices.insert(out.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+    out.indices.insert(out.indices.end(), mesh.indices.begin(), mesh.indices.end());
+  }
+  out.chosen = packed(vertices);
+  return out;
+}
+
+}  // namespace terrane
