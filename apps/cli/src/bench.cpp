@@ -41,7 +41,7 @@ struct BenchOptions {
 Status checkOptions(BenchOptions& options) {
   FlyOptions& fly = options.fly;
   TERRANE_TRY(parsePictureSize(options.size, fly.width, fly.height));
-  TERRANE_ASSIGN(options.selection.grid, parsePatchGrid(options.patchSamples));
+  TERRANE_TRY(parseSurface(options.surface, options.patchSamples, options.selection));
   options.selection.morph = options.morph == "on";
   fly.tauPixels = options.selection.tolerancePixels;
   if (!options.policy.empty()) {
@@ -153,7 +153,7 @@ void addBenchCommand(CLI::App& app, CommandContext& context) {
   command->add_option("--flight", options->flight, "a camera path (docs/flights.md)")->required();
   command->add_option("--surface", options->surface, "how tiles become triangles")
       ->capture_default_str()
-      ->check(CLI::IsMember({"patches"}));
+      ->check(CLI::IsMember(kSurfaceNames));
   command->add_option("--size", options->size, "picture size in pixels")->capture_default_str();
   CLI::Option* framesPerSecond =
       command->add_option("--fps", options->fly.framesPerSecond, "frames for each second of the flight")
@@ -165,7 +165,9 @@ void addBenchCommand(CLI::App& app, CommandContext& context) {
   command->add_option("--tau", options->selection.tolerancePixels, "largest error on screen, pixels")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1000.0));
-  command->add_option("--k", options->patchSamples, "samples along a patch's side, 2^k + 1 from 3 to 129")
+  command
+      ->add_option("--k", options->patchSamples,
+                   "samples along the side of one of --surface patches, 2^k + 1 from 3 to 129")
       ->capture_default_str();
   command->add_option("--morph", options->morph, "let patches glide into being as one comes nearer")
       ->capture_default_str()

@@ -13,9 +13,14 @@ Status parsePictureSize(const std::string& text, int& width, int& height) {
   return {};
 }
 
-Result<PatchGrid> parsePatchGrid(int samplesPerSide) {
+Status parseSurface(const std::string& surface, int samplesPerSide, PatchSelection& selection) {
+  selection.surface = surface == "meshes" ? SurfaceKind::Meshes : SurfaceKind::Patches;
+  if (selection.surface == SurfaceKind::Meshes && selection.metric != SplitMetric::Full)
+    return makeError("--metric shows how K-patches are split: pass --surface patches with it");
   for (int k = PatchGrid::kSmallest; k <= PatchGrid::kLargest; ++k) {
-    if (PatchGrid{k}.samplesPerSide() == samplesPerSide) return PatchGrid{k};
+    if (PatchGrid{k}.samplesPerSide() != samplesPerSide) continue;
+    selection.grid.k = k;
+    return {};
   }
   return makeError("--k {}: expected 2^k + 1 from 3 to 129, such as 17 or 33", samplesPerSide);
 }

@@ -37,6 +37,7 @@ struct RenderOptions {
   std::optional<double> atSeconds;
   double framesPerSecond = 30.0;
   std::string position, stats;
+  std::string surface = "patches";
   std::string mode = "shaded", outline = "none", cull = "on", morph = "on", metric = "full";
   std::string water = "auto", palette = "auto";
   std::vector<std::string> imagery;
@@ -111,10 +112,10 @@ class RenderCommand {
     for (const std::string& path : {options_.output, options_.position, options_.stats})
       if (!path.empty() && !options_.overwrite && std::filesystem::exists(path))
         return makeError("{}: exists already; pass --overwrite to replace it", path);
-    TERRANE_ASSIGN(options_.selection.grid, parsePatchGrid(options_.patchSamples));
     options_.selection.cull = options_.cull == "on";
     options_.selection.morph = options_.morph == "on";
     options_.selection.metric = choice(kMetrics, options_.metric);
+    TERRANE_TRY(parseSurface(options_.surface, options_.patchSamples, options_.selection));
     options_.style.mode = choice(kModes, options_.mode);
     options_.style.outline = choice(kOutlines, options_.outline);
     options_.style.tauPixels = options_.selection.tolerancePixels;
@@ -307,7 +308,7 @@ constexpr const char* kExamples =
     "  terrane render https://terrain.example.org/d/alps -o alps.png\n"
     "  terrane render alps.terrane -o ne.png --look-from NE --size 1920x1080 --tau 0.5\n"
     "  terrane render alps.terrane -o peak.png --eye 412000,5149000,4200 --look-at 418000,5155000,2500\n"
-    "  terrane render alps.terrane -o mesh.png --outline wireframe --mode height\n"
+    "  terrane render alps.terrane -o mesh.png --surface meshes --outline wireframe --mode height\n"
     "  terrane render alps.terrane -o frozen.png --look-from above --freeze-at E,N,H/E,N,H --outline "
     "patches\n"
     "  terrane render alps.terrane -o where.png --position where.tif --stats where.json\n"
@@ -330,7 +331,15 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
   command->add_option("--tau", options->selection.tolerancePixels, "largest error on screen, pixels")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1000.0));
-  command->add_option("--k", options->patchSamples, "samples along a patch's side, 2^k + 1 from 3 to 129")
+  command
+      ->add_option(
+          "--surface", options->surface,
+          "how tiles become triangles: patches of one pattern, or meshes as fine as the ground needs")
+      ->capture_default_str()
+      ->check(CLI::IsMember(kSurfaceNames));
+  command
+      ->add_option("--k", options->patchSamples,
+                   "samples along the side of one of --surface patches, 2^k + 1 from 3 to 129")
       ->capture_default_str();
 
   command->add_option("--fov", options->fovDegrees, "vertical field of view, degrees")

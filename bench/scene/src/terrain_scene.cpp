@@ -16,7 +16,9 @@ TerrainScene::TerrainScene(Terrain& terrain, const PatchSelection& selection)
 
 Cut TerrainScene::select(const Camera& camera) {
   constexpr double kFrameSeconds = 0.02;
-  if (!fading_) return terrain_.select(camera, selection_);
+  // Whether it fades or not, this makes the meshes that the tiles allow.
+  Cut whole = terrain_.select(camera, selection_);
+  if (!fading_) return whole;
   const Manifest& manifest = terrain_.dataset().manifest();
   return selectPatches(selection_, manifest.frame, manifest.scale, camera, terrain_.tiles(), &*fading_,
                        kFrameSeconds);

@@ -37,9 +37,10 @@ bool leavesBand(const float* low, const float* high, int count, float first, flo
 /// Chooses the vertices of one level of a tile.
 class VertexChooser {
  public:
-  VertexChooser(std::span<const float> heights, const HeightBand& band, int level, double alongSidesMeters,
+  VertexChooser(const TileSamples& samples, const HeightBand& band, int level, double alongSidesMeters,
                 std::vector<uint8_t>& bits)
-      : h_(heights.data()),
+      : h_(samples.heights.data()),
+        states_(samples.states.data()),
         low_(band.low.data()),
         high_(band.high.data()),
         along_(static_cast<float>(alongSidesMeters)),
@@ -85,10 +86,15 @@ class VertexChooser {
     const float* h = h_ + from.index();
     const float first = h[0];
     const float slope = (h[count * stride] - first) / static_cast<float>(count);
-    bool leaves = false;
-    for (int i = 1; i < count && !leaves; ++i)
-      leaves = std::abs(h[i * stride] - (first + slope * static_cast<float>(i))) > along_;
-    if (!leaves) return;
+    const auto leaves = [&](int i) {
+      // note: exactly means all that is coded, also what lies on the chord: triangles beside it may bend
+      // there.
+      if (along_ <= 0.0F) return states_[from.index() + i * stride] == SampleState::Coded;
+      return std::abs(h[i * stride] - (first + slope * static_cast<float>(i))) > along_;
+    };
+    int i = 1;
+    while (i < count && !leaves(i)) ++i;
+    if (i == count) return;
     const int half = count / 2;
     const MeshPoint middle{from.x + half * step.x, from.y + half * step.y};
     bitsAt(middle) |= kMeshVertex;
@@ -210,6 +216,7 @@ class VertexChooser {
   }
 
   const float* h_;
+  const SampleState* states_;
   const float* low_;
   const float* high_;
   float along_;
@@ -242,16 +249,16 @@ std::vector<uint8_t> measuredSamples(const TileSamples& samples) {
   return out;
 }
 
-std::vector<uint8_t> chooseMeshVertices(std::span<const float> heights, const HeightBand& band,
+std::vector<uint8_t> chooseMeshVertices(const TileSamples& samples, const HeightBand& band,
                                         std::span<const uint8_t> inherited, int level,
                                         double alongSidesMeters) {
-  TERRANE_CHECK(heights.size() == kTileSampleCount && band.low.size() == kTileSampleCount &&
+  TERRANE_CHECK(samples.heights.size() == kTileSampleCount && band.low.size() == kTileSampleCount &&
                     band.high.size() == kTileSampleCount,
-                "{}, {} and {} heights", heights.size(), band.low.size(), band.high.size());
+                "{}, {} and {} heights", samples.heights.size(), band.low.size(), band.high.size());
   TERRANE_CHECK(inherited.empty() || inherited.size() == kTileSampleCount, "{} bits", inherited.size());
   std::vector<uint8_t> out(kTileSampleCount, 0);
   for (size_t i = 0; i < inherited.size(); ++i) out[i] = inherited[i] & kMeshVertex;
-  VertexChooser(heights, band, level, alongSidesMeters, out).run();
+  VertexChooser(samples, band, level, alongSidesMeters, out).run();
   return out;
 }
 

@@ -1,6 +1,7 @@
 #include "terrane/codec/patch_mesh.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "mesh_lattice.h"
@@ -104,6 +105,7 @@ class PatchMesher {
   void run() {
     takeVertices();
     do {
+      out_.excessMeters = 0.0;
       listVertices();
       listTriangles();
       scratch_.wanted.clear();
@@ -229,8 +231,9 @@ class PatchMesher {
     for (const uint16_t extra : extras) removeVertex(extra);
     for (const MeshTriangle& t : scratch_.loose) {
       add(t);
-      MeshPoint worst;
-      if (excessIn(t, &worst) > 0.0 && kindAt(worst) == PatchScratch::kNo) scratch_.wanted.push_back(worst);
+      const Excess excess = excessIn(t);
+      if (excess.meters > 0.0 && excess.hasRemedy) scratch_.wanted.push_back(excess.remedy);
+      out_.excessMeters = std::max(out_.excessMeters, excess.meters);
     }
     if (scratch_.wanted.empty()) dropExtras();
   }
@@ -278,7 +281,7 @@ class PatchMesher {
     for (size_t i = 0; i < n; ++i) {
       const MeshTriangle ear{polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n]};
       if (!isEar(ear)) continue;
-      const double excess = excessIn(ear, nullptr);
+      const double excess = excessIn(ear).meters;
       if (best < n && excess >= least) continue;
       best = i;
       least = excess;
@@ -305,37 +308,106 @@ class PatchMesher {
                                   height - static_cast<double>(band_.high[at])));
   }
 
-  /// By how much a triangle's plane leaves the band, negative within; and at which sample that is no corner.
-  double excessIn(const MeshTriangle& t, MeshPoint* worst) const {
-    const MeshPoint corners[3] = {place(t[0]), place(t[1]), place(t[2])};
+  /// By how much a triangle leaves the band, negative within, and which sample would remedy it.
+  struct Excess {
+    double meters = -std::numeric_limits<double>::infinity();
+    bool hasRemedy = false;
+    MeshPoint remedy;
+  };
+  /// Height = base + perColumn * x + perRow * y.
+  struct Plane {
+    double base = 0.0;
+    double perColumn = 0.0;
+    double perRow = 0.0;
+    double at(double x, double y) const { return base + perColumn * x + perRow * y; }
+  };
+  Plane planeOf(const MeshTriangle& t, const MeshPoint (&corners)[3]) const {
     const auto area = static_cast<double>(doubleArea(corners[0], corners[1], corners[2]));
-    // The plane: height = base + perColumn * x + perRow * y.
-    double perColumn = 0.0, perRow = 0.0;
+    Plane out;
     for (int i = 0; i < 3; ++i) {
       const MeshPoint p = corners[(i + 1) % 3], q = corners[(i + 2) % 3];
       const double height = static_cast<double>(out_.vertices[t[static_cast<size_t>(i)]].heightMeters) / area;
-      perColumn += height * (p.y - q.y);
-      perRow += height * (q.x - p.x);
+      out.perColumn += height * (p.y - q.y);
+      out.perRow += height * (q.x - p.x);
     }
-    const double base = static_cast<double>(out_.vertices[t[0]].heightMeters) - perColumn * corners[0].x -
-                        perRow * corners[0].y;
-    double most = -std::numeric_limits<double>::infinity();
+    out.base = static_cast<double>(out_.vertices[t[0]].heightMeters) - out.perColumn * corners[0].x -
+               out.perRow * corners[0].y;
+    return out;
+  }
+
+  /// note: these triangles are no halves of coarser ones, so where their sides cross those of the finest
+  /// triangles counts as well as the samples in them.
+  Excess excessIn(const MeshTriangle& t) const {
+    const MeshPoint corners[3] = {place(t[0]), place(t[1]), place(t[2])};
+    const Plane plane = planeOf(t, corners);
+    Excess out;
     const int top = std::min({corners[0].y, corners[1].y, corners[2].y});
     const int bottom = std::max({corners[0].y, corners[1].y, corners[2].y});
     for (int y = top; y <= bottom; ++y) {
       const RowSpan row = rowOf(corners, y);
       for (int x = row.first; x <= row.last; ++x) {
         const MeshPoint p{x, y};
-        const auto at = static_cast<size_t>(p.index());
-        const double height = base + perColumn * x + perRow * y;
-        const double off = std::max(static_cast<double>(band_.low[at]) - height,
-                                    height - static_cast<double>(band_.high[at]));
-        if (!(off > most) || isOnSide(p) || p == corners[0] || p == corners[1] || p == corners[2]) continue;
-        most = off;
-        if (worst != nullptr) *worst = p;
+        if (isOnSide(p) || p == corners[0] || p == corners[1] || p == corners[2]) continue;
+        meet(plane.at(x, y), p, p, 0.0, out);
       }
     }
-    return most;
+    for (int i = 0; i < 3; ++i) crossFinest(corners[i], corners[(i + 1) % 3], plane, out);
+    return out;
+  }
+
+  /// Where a triangle's side crosses the lines along which the finest triangles meet: columns, rows, and
+  /// diagonals through the samples with an even sum of coordinates.
+  void crossFinest(MeshPoint p, MeshPoint q, const Plane& plane, Excess& out) const {
+    const int dx = q.x - p.x, dy = q.y - p.y;
+    const auto crossLines = [&](int from, int to, int step, MeshPoint along) {
+      const int low = std::min(from, to), high = std::max(from, to);
+      for (int value = (low / step + 1) * step; value < high; value += step) {
+        const double share = static_cast<double>(value - from) / (to - from);
+        const double x = p.x + share * dx, y = p.y + share * dy;
+        // The two samples on the line between which it is crossed.
+        const int first = along.x != 0 ? static_cast<int>(std::floor(x)) : static_cast<int>(std::floor(y));
+        const double between = (along.x != 0 ? x : y) - first;
+        MeshPoint a;
+        if (along.x == 0) {
+          a = {value, first};
+        } else if (along.y == 0) {
+          a = {first, value};
+        } else {
+          a = {first, along.y > 0 ? first - (value - kTileCells) : value - first};
+        }
+        meet(plane.at(x, y), a, {a.x + along.x, a.y + along.y}, between, out);
+      }
+    };
+    if (dx != 0) crossLines(p.x, q.x, 1, {0, 1});
+    if (dy != 0) crossLines(p.y, q.y, 1, {1, 0});
+    if (dx != dy) crossLines(p.x - p.y + kTileCells, q.x - q.y + kTileCells, 2, {1, 1});
+    if (dx != -dy) crossLines(p.x + p.y, q.x + q.y, 2, {1, -1});
+  }
+
+  /// A height between two samples, or at one.
+  void meet(double height, MeshPoint a, MeshPoint b, double between, Excess& out) const {
+    if (between > 0.0 && !b.isInTile()) return;
+    const auto first = static_cast<size_t>(a.index());
+    double low = band_.low[first], high = band_.high[first];
+    if (between > 0.0) {
+      const auto second = static_cast<size_t>(b.index());
+      low += between * (static_cast<double>(band_.low[second]) - low);
+      high += between * (static_cast<double>(band_.high[second]) - high);
+    }
+    const double off = std::max(low - height, height - high);
+    if (!(off > out.meters)) return;
+    out.meters = off;
+    out.hasRemedy = true;
+    if (canBeAdded(a) && (between <= 0.5 || !canBeAdded(b)))
+      out.remedy = a;
+    else if (canBeAdded(b))
+      out.remedy = b;
+    else
+      out.hasRemedy = false;
+  }
+  bool canBeAdded(MeshPoint p) const {
+    return p.isInTile() && scratch_.kinds[static_cast<size_t>(p.index())] == PatchScratch::kNo &&
+           isInPatch(p) && !isOnSide(p);
   }
 
   /// Vertices that no triangle has any more go, and the others move up.

@@ -7,6 +7,7 @@
 
 #include "terrane/engine/imagery_pool.h"
 #include "terrane/gpu/context.h"
+#include "terrane/lod/mesh_placement.h"
 #include "terrane/render/terrain_renderer.h"
 #include "terrane/stream/open_dataset.h"
 
@@ -93,6 +94,10 @@ Cut Terrain::select(const Camera& camera, const PatchSelection& selection) {
   const Stopwatch watch;
   const Manifest& manifest = state_->dataset.manifest();
   Cut cut = selectPatches(selection, manifest.frame, manifest.scale, camera, state_->pool);
+  while (!cut.meshWishes.empty()) {
+    state_->pool.makeMeshes(cut.meshWishes);
+    cut = selectPatches(selection, manifest.frame, manifest.scale, camera, state_->pool);
+  }
   state_->report.selectMilliseconds = watch.milliseconds();
   return cut;
 }
@@ -151,9 +156,16 @@ Status Terrain::prepareDrawing(const Cut& cut) {
     if (!state.onGpu.insert(id).second) continue;
     TERRANE_TRY(state.renderer->uploadTile(id, state.pool.findOrImply(id)));
   }
+  if (cut.surface == SurfaceKind::Meshes) {
+    for (const Patch& patch : cut.patches) {
+      const int level = patch.triangle.diamond.level - 2 * patch.tile.level;
+      if (!state.renderer->hasMeshes(patch.tile, level))
+        state.renderer->addMeshes(patch.tile, state.pool.meshes().get(patch.tile, level));
+    }
+  }
 
   state.report.patches = static_cast<int64_t>(cut.patches.size());
-  state.report.triangles = state.report.patches * cut.grid.trianglesPerPatch();
+  state.report.triangles = triangleCount(cut, state.pool);
   state.report.tiles = static_cast<int64_t>(read.size());
   state.report.deepestLevel = deepest;
   state.report.errorPixels = static_cast<double>(error);

@@ -9,6 +9,7 @@
 
 #include "gathered_sets.h"
 #include "terrane/engine/terrain.h"
+#include "terrane/lod/mesh_placement.h"
 #include "terrane/lod/predict_wishes.h"
 #include "tile_uploads.h"
 #include "view_imagery.h"
@@ -37,9 +38,10 @@ bool isSame(const Camera& a, const Camera& b) {
          a.fovyRadians == b.fovyRadians && a.width == b.width && a.height == b.height;
 }
 bool isSame(const PatchSelection& a, const PatchSelection& b) {
-  return a.grid.k == b.grid.k && a.tolerancePixels == b.tolerancePixels && a.texelPixels == b.texelPixels &&
-         a.cull == b.cull && a.morph == b.morph && a.metric == b.metric && a.exaggeration == b.exaggeration &&
-         a.nearMeters == b.nearMeters && a.levelsBelowData == b.levelsBelowData;
+  return a.surface == b.surface && a.grid.k == b.grid.k && a.tolerancePixels == b.tolerancePixels &&
+         a.texelPixels == b.texelPixels && a.cull == b.cull && a.morph == b.morph && a.metric == b.metric &&
+         a.exaggeration == b.exaggeration && a.nearMeters == b.nearMeters &&
+         a.levelsBelowData == b.levelsBelowData;
 }
 
 StreamOptions streamOptions(const ViewOptions& options) {
@@ -76,7 +78,8 @@ class TerrainView::State {
 
     const std::vector<TileKey> news = stream_.takeNews();
     tiles_->arrived(news, frame_);
-    TERRANE_ASSIGN(const bool tilesCame, uploadTiles());
+    TERRANE_ASSIGN(bool tilesCame, uploadTiles());
+    tilesCame |= tiles_->takeMeshes();
     TERRANE_ASSIGN(const bool imageryCame, imagery_->upload(options_.uploadBytesAFrame, chosenFrame_));
     adaptToMemory(nowSeconds);
 
@@ -104,7 +107,8 @@ class TerrainView::State {
 
   bool isSettled() const {
     return tiles_ != nullptr && cut_.ramping == 0 && stream_.isIdle() && !tiles_->isShortOfRoom() &&
-           !tiles_->isPending(order_) && imagery_->isSettled() && sets_.isEmpty();
+           !tiles_->isPending(order_) && !tiles_->areMeshesUnderWay() && cut_.meshWishes.empty() &&
+           imagery_->isSettled() && sets_.isEmpty();
   }
   void setShowImagery(bool show) {
     options_.showImagery = show;
@@ -169,6 +173,7 @@ class TerrainView::State {
     lastChosenSeconds_ = nowSeconds;
     chosenFrame_ = frame_;
     tiles_->need(cut_, frame_);
+    tiles_->wishMeshes(cut_.meshWishes);
     imagery_->choose(camera, selection.exaggeration, *tiles_, frame_);
     forecast_.seen(camera, nowSeconds);
 
@@ -250,7 +255,7 @@ class TerrainView::State {
     report_.tau = lastSelection_.tolerancePixels;
     report_.memoryFactor = memoryFactor_;
     report_.patches = static_cast<int64_t>(cut_.patches.size());
-    report_.triangles = report_.patches * cut_.grid.trianglesPerPatch();
+    report_.triangles = triangleCount(cut_, *tiles_);
     report_.errorPixels = 0.0;
     for (const Patch& patch : cut_.patches)
       report_.errorPixels = std::max(report_.errorPixels, static_cast<double>(patch.errorPixels));

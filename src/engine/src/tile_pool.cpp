@@ -69,12 +69,25 @@ const Tile& TilePool::findOrImply(TileId id) {
 
 uint64_t TilePool::residentBytes() const {
   const uint64_t perTile = kTileSampleCount * (sizeof(float) + sizeof(SampleState)) + sizeof(Tile);
-  return (stored_.size() + implied_.size()) * perTile;
+  return (stored_.size() + implied_.size()) * perTile + meshes_.sizeBytes();
+}
+
+void TilePool::makeMeshes(std::span<const MeshWish> wishes) {
+  std::vector<TileMeshes::Order> orders;
+  for (const MeshWish& wish : wishes) orders.push_back(meshes_.orderFor(wish));
+  std::vector<std::vector<std::shared_ptr<const MeshLevel>>> made(orders.size());
+  parallelFor(static_cast<int64_t>(orders.size()), 0, [&](int64_t index) {
+    const auto i = static_cast<size_t>(index);
+    made[i] = TileMeshes::make(orders[i], *find(orders[i].id));
+  });
+  for (size_t i = 0; i < orders.size(); ++i)
+    for (auto& meshes : made[i]) meshes_.add(orders[i].id, std::move(meshes));
 }
 
 void TilePool::clear() {
   stored_.clear();
   implied_.clear();
+  meshes_.clear();
 }
 
 }  // namespace terrane

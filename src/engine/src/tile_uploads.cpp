@@ -17,6 +17,7 @@ TileUploads::TileUploads(const TileStream& stream, Workers& workers, TerrainRend
       workers_(workers),
       renderer_(renderer),
       resident_(std::max<size_t>(capacity, 1)),
+      meshes_(stream.manifest().frame, stream.manifest().scale),
       finished_(std::make_shared<Finished>()) {}
 
 const Tile* TileUploads::find(TileId id) const {
@@ -82,6 +83,7 @@ bool TileUploads::makeRoom(uint64_t frame) {
     if (!victim) return false;
     resident_.remove(*victim);
     tiles_.erase(*victim);
+    meshes_.drop(*victim);
     uploadedIn_.erase(*victim);
     if (renderer_ != nullptr) renderer_->dropTile(*victim);
   }
@@ -101,6 +103,7 @@ Result<int> TileUploads::upload(const std::vector<TileId>& order, uint64_t budge
       TERRANE_TRY(renderer_->uploadTile(TileId{}, *prepared->second.tile, prepared->second.made));
     tiles_[TileId{}] = std::move(prepared->second.tile);
     prepared_.erase(prepared);
+    replaceMeshes(TileId{});
     ++count;
   }
   // note: what was decoded from the whole root does not fit to its sketch.
@@ -142,6 +145,51 @@ Result<int> TileUploads::upload(const std::vector<TileId>& order, uint64_t budge
     if (const auto at = arrivedIn_.find(id); at != arrivedIn_.end()) waiting.insert(*at);
   arrivedIn_ = std::move(waiting);
   return count;
+}
+
+void TileUploads::wishMeshes(const std::vector<MeshWish>& wishes) {
+  for (const MeshWish& wish : wishes) {
+    if (std::find(meshesUnderWay_.begin(), meshesUnderWay_.end(), wish) != meshesUnderWay_.end()) continue;
+    const auto tile = tiles_.find(wish.tile);
+    if (tile == tiles_.end()) continue;
+    meshesUnderWay_.push_back(wish);
+    workers_.submit([finished = finished_, wish, tile = tile->second, order = meshes_.orderFor(wish)] {
+      MadeMeshes made{wish, tile, TileMeshes::make(order, *tile)};
+      const std::lock_guard lock(finished->mutex);
+      finished->meshes.push_back(std::move(made));
+    });
+  }
+}
+
+bool TileUploads::takeMeshes() {
+  std::vector<MadeMeshes> made;
+  {
+    const std::lock_guard lock(finished_->mutex);
+    made = std::exchange(finished_->meshes, {});
+  }
+  bool any = false;
+  for (MadeMeshes& each : made) {
+    meshesUnderWay_.erase(std::find(meshesUnderWay_.begin(), meshesUnderWay_.end(), each.wish));
+    // note: the tile may have gone, or have come anew, in the meantime.
+    const auto tile = tiles_.find(each.wish.tile);
+    if (tile == tiles_.end() || tile->second != each.tile) continue;
+    addMeshes(each.wish.tile, std::move(each.levels));
+    any = true;
+  }
+  return any;
+}
+
+void TileUploads::addMeshes(TileId id, std::vector<std::shared_ptr<const MeshLevel>> made) {
+  for (auto& meshes : made) {
+    if (renderer_ != nullptr) renderer_->addMeshes(id, meshes);
+    meshes_.add(id, std::move(meshes));
+  }
+}
+
+void TileUploads::replaceMeshes(TileId id) {
+  const bool wereDrawn = meshes_.find(id, 0) != nullptr;
+  meshes_.drop(id);
+  if (wereDrawn) addMeshes(id, TileMeshes::make(meshes_.orderFor({id, 0}), *tiles_.at(id)));
 }
 
 void TileUploads::need(const Cut& cut, uint64_t frame) {

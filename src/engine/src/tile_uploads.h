@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "resident_set.h"
+#include "terrane/engine/tile_meshes.h"
 #include "terrane/lod/select_patches.h"
 #include "terrane/render/terrain_renderer.h"
 #include "terrane/stream/tile_stream.h"
@@ -23,6 +24,7 @@ class TileUploads final : public ResidentTiles {
   TileUploads(const TileStream& stream, Workers& workers, TerrainRenderer* renderer, size_t capacity);
 
   const Tile* find(TileId id) const override;
+  const MeshLevel* findMeshes(TileId id, int level) const override { return meshes_.find(id, level); }
   bool has(TileId id) const { return resident_.has(id); }
   size_t size() const { return resident_.size(); }
   size_t capacity() const { return resident_.capacity(); }
@@ -35,6 +37,11 @@ class TileUploads final : public ResidentTiles {
   /// `keepSince` keeps its place. A root that was only sketched is replaced first. Returns how many.
   Result<int> upload(const std::vector<TileId>& order, uint64_t budgetBytes, uint64_t frame,
                      uint64_t keepSince);
+  /// Has what a cut wishes for made aside. Those under way already are left alone.
+  void wishMeshes(const std::vector<MeshWish>& wishes);
+  /// Takes in meshes that were made; are there any?
+  bool takeMeshes();
+  bool areMeshesUnderWay() const { return !meshesUnderWay_.empty(); }
   /// Marks what a cut draws from, and what waits for its wishes to be drawn from.
   void need(const Cut& cut, uint64_t frame);
 
@@ -52,15 +59,24 @@ class TileUploads final : public ResidentTiles {
     std::shared_ptr<const PreparedTile> made;  ///< null while it is being made
     uint64_t frame = 0;
   };
+  struct MadeMeshes {
+    MeshWish wish;
+    std::shared_ptr<const Tile> tile;  ///< that they were made of
+    std::vector<std::shared_ptr<const MeshLevel>> levels;
+  };
   struct Finished {
     std::mutex mutex;
     std::vector<std::pair<std::shared_ptr<const Tile>, std::shared_ptr<const PreparedTile>>> made;
+    std::vector<MadeMeshes> meshes;
   };
   /// Is the root drawn from a sketch, and something better here?
   bool isStale(TileId id) const;
   bool isPrepared(TileId id, uint64_t frame);
   void takePrepared();
   bool makeRoom(uint64_t frame);
+  void addMeshes(TileId id, std::vector<std::shared_ptr<const MeshLevel>> made);
+  /// Another tile takes this one's place: what was made of it goes, and what is drawn is made at once.
+  void replaceMeshes(TileId id);
 
   const TileStream& stream_;
   Workers& workers_;
@@ -68,6 +84,8 @@ class TileUploads final : public ResidentTiles {
   ResidentSet resident_;
   std::unordered_map<TileId, std::shared_ptr<const Tile>, TileIdHash> tiles_;  ///< of residents
   std::unordered_map<TileId, Prepared, TileIdHash> prepared_;
+  TileMeshes meshes_;
+  std::vector<MeshWish> meshesUnderWay_;
   std::unordered_map<TileId, uint64_t, TileIdHash> arrivedIn_;
   std::unordered_map<TileId, uint64_t, TileIdHash> uploadedIn_;
   std::shared_ptr<Finished> finished_;

@@ -72,6 +72,7 @@ Status Context::readCapabilities(const ContextOptions& options) {
   workarounds_.noSampleShading = !driver::hasSampleShading(api_);
   workarounds_.slowSampleShading = isSoftware_;
   workarounds_.noTimerQuery = !driver::hasTimerQuery(api_);
+  workarounds_.noMultiDraw = !driver::hasMultiDraw(api_);
   workarounds_.slowErrors = driver::isRemote();
 
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
@@ -86,7 +87,8 @@ std::string Context::shaderPrologue() const {
          "precision highp int;\n"
          "precision highp sampler2D;\n"
          "precision highp sampler2DArray;\n"
-         "precision highp usampler2DArray;\n";
+         "precision highp usampler2DArray;\n"
+         "precision highp isampler2DArray;\n";
 }
 
 void Context::setClipDepthZeroToOne(bool zeroToOne) const {
@@ -97,6 +99,25 @@ void Context::setClipDepthZeroToOne(bool zeroToOne) const {
 void Context::setSampleShading(bool everySample) const {
   TERRANE_CHECK(!workarounds_.noSampleShading, "{} has no sample shading", rendererName_);
   driver::setSampleShading(everySample);
+}
+
+void Context::bindStorage(GLuint bindingPoint, GLuint buffer) const {
+  TERRANE_CHECK(!isGles(), "{} has no storage buffers", rendererName_);
+  driver::bindStorage(bindingPoint, buffer);
+}
+
+int Context::drawRanges(std::span<const GLsizei> counts, std::span<const void* const> offsetsBytes,
+                        bool oneByOne) const {
+  TERRANE_CHECK(counts.size() == offsetsBytes.size(), "{} counts, {} offsets", counts.size(),
+                offsetsBytes.size());
+  if (counts.empty()) return 0;
+  if (!workarounds_.noMultiDraw && !oneByOne) {
+    driver::multiDrawElements(api_, counts.data(), offsetsBytes.data(), static_cast<GLsizei>(counts.size()));
+    return 1;
+  }
+  for (size_t i = 0; i < counts.size(); ++i)
+    glDrawElements(GL_TRIANGLES, counts[i], GL_UNSIGNED_INT, offsetsBytes[i]);
+  return static_cast<int>(counts.size());
 }
 
 Status Context::checkFrame(const std::string& doing) const {

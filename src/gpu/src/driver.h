@@ -22,6 +22,10 @@ bool isRemote();
 /// Only with what is asked for above.
 void setClipDepthZeroToOne(Api api, bool zeroToOne);
 void setSampleShading(bool everySample);
+void bindStorage(GLuint bindingPoint, GLuint buffer);
+bool hasMultiDraw(Api api);
+/// Triangles by uint32 indices. Only with hasMultiDraw().
+void multiDrawElements(Api api, const GLsizei* counts, const void* const* offsets, GLsizei draws);
 void beginTimer(GLuint query);
 void endTimer();
 /// Nanoseconds of the last begin to end; waits for them.

@@ -41,6 +41,19 @@ void setSampleShading(bool everySample) {
   }
 }
 
+void bindStorage(GLuint bindingPoint, GLuint buffer) {
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, bindingPoint, buffer);
+}
+bool hasMultiDraw(Api api) {
+  return api == Api::OpenGl || epoxy_has_gl_extension("GL_EXT_multi_draw_arrays");
+}
+void multiDrawElements(Api api, const GLsizei* counts, const void* const* offsets, GLsizei draws) {
+  if (api == Api::OpenGlEs)
+    glMultiDrawElementsEXT(GL_TRIANGLES, counts, GL_UNSIGNED_INT, offsets, draws);
+  else
+    glMultiDrawElements(GL_TRIANGLES, counts, GL_UNSIGNED_INT, offsets, draws);
+}
+
 void beginTimer(GLuint query) {
   glBeginQuery(GL_TIME_ELAPSED, query);
 }

@@ -47,6 +47,16 @@ void setClipDepthZeroToOne(Api, bool zeroToOne) {
 void setSampleShading(bool) {
   TERRANE_CHECK(false, "WebGL2 has no sample shading");
 }
+void bindStorage(GLuint, GLuint) {
+  TERRANE_CHECK(false, "WebGL2 has no storage buffers");
+}
+// note: a call of WebGL costs a microsecond or two; ranges one by one will do.
+bool hasMultiDraw(Api) {
+  return false;
+}
+void multiDrawElements(Api, const GLsizei*, const void* const*, GLsizei) {
+  TERRANE_CHECK(false, "nothing asks browsers for several ranges at once");
+}
 void beginTimer(GLuint) {
   TERRANE_CHECK(false, "WebGL2 has no timer that can be waited for");
 }

@@ -34,6 +34,12 @@ void Program::setInt(const char* uniform, int value) const {
   if (location >= 0) glUniform1i(location, value);
 }
 
+void Program::setFloat(const char* uniform, float value) const {
+  use();
+  const GLint location = glGetUniformLocation(name_.get(), uniform);
+  if (location >= 0) glUniform1f(location, value);
+}
+
 void Program::bindBlock(const char* block, int bindingPoint) const {
   const GLuint index = glGetUniformBlockIndex(name_.get(), block);
   if (index != GL_INVALID_INDEX) glUniformBlockBinding(name_.get(), index, static_cast<GLuint>(bindingPoint));

@@ -8,9 +8,9 @@ VertexArray::VertexArray() {
   name_ = Name<deleteVertexArray>(name);
 }
 
-void VertexArray::setAttribute(const Buffer& buffer, const Attribute& attribute) const {
+void VertexArray::setAttribute(GLuint buffer, const Attribute& attribute) const {
   bind();
-  glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
+  glBindBuffer(GL_ARRAY_BUFFER, buffer);
   const void* offset = reinterpret_cast<const void*>(attribute.offsetBytes);
   if (attribute.type == GL_FLOAT)
     glVertexAttribPointer(attribute.location, attribute.components, attribute.type, GL_FALSE,
@@ -22,9 +22,9 @@ void VertexArray::setAttribute(const Buffer& buffer, const Attribute& attribute)
   glVertexAttribDivisor(attribute.location, attribute.divisor);
 }
 
-void VertexArray::setIndices(const Buffer& buffer) const {
+void VertexArray::setIndices(GLuint buffer) const {
   bind();
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffer.name());
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffer);
 }
 
 }  // namespace terrane::gpu

@@ -8,6 +8,7 @@
 
 #include "morph_ramps.h"
 #include "terrane/base/check.h"
+#include "terrane/lod/mesh_placement.h"
 #include "terrane/lod/octagon.h"
 #include "terrane/lod/screen_metric.h"
 #include "terrane/tiling/node_layout.h"
@@ -65,7 +66,7 @@ class Selector {
   Selector(const PatchSelection& selection, const Frame& frame, const ElevationScale& scale,
            const Camera& camera, const ResidentTiles& tiles, MorphHistory* history, double elapsedSeconds)
       : selection_(selection),
-        isMeshes_(selection.surface == Surface::Meshes),
+        isMeshes_(selection.surface == SurfaceKind::Meshes),
         grid_(isMeshes_ ? MeshScale::of(frame).grid : selection.grid),
         scale_(scale),
         tiles_(tiles),
@@ -203,17 +204,11 @@ class Selector {
     if (info(id).residency == Residency::Missing) return {Residency::Missing, id, 0, nullptr};
     // What is not stored is cut out of an ancestor's samples.
     while (info(id).residency == Residency::Implied) id = id.parent();
-    const int level = n - 2 * id.level;
-    if (level > kDeepestVertexLevel) return {Residency::Implied, id, level, nullptr};
-    MeshPlace out{Residency::Resident, id, level, nullptr};
-    if (const MeshLevel* meshes = tiles_.findMeshes(id, level)) {
-      const Diamond d = local(t.diamond, id);
-      const int shift = lattice_.depth() - id.level;
-      const int index =
-          patchIndex(level, {d.x, d.y},
-                     {(t.apex.x >> shift) - id.col * kTileCells, (t.apex.y >> shift) - id.row * kTileCells});
-      out.patch = &meshes->patches[static_cast<size_t>(index)];
-    }
+    const MeshPlacement at = meshPlacement(lattice_, t, id);
+    if (at.level > kDeepestVertexLevel) return {Residency::Implied, id, at.level, nullptr};
+    MeshPlace out{Residency::Resident, id, at.level, nullptr};
+    if (const MeshLevel* meshes = tiles_.findMeshes(id, at.level))
+      out.patch = &meshes->patches[static_cast<size_t>(at.index)];
     return out;
   }
   /// The larger error of a diamond's meshes that are made: all that may be drawn are.
@@ -540,13 +535,25 @@ uint8_t nodeErrorCode(const PatchGrid& grid, const TileNodes& nodes, bool isRoot
   return nodes.error[static_cast<size_t>(nodeIndex(stored.level, stored.x, stored.y, isRoot))];
 }
 
+int64_t triangleCount(const Cut& cut, const ResidentTiles& tiles) {
+  if (cut.surface == SurfaceKind::Patches)
+    return static_cast<int64_t>(cut.patches.size()) * cut.grid.trianglesPerPatch();
+  int64_t out = 0;
+  for (const Patch& patch : cut.patches) {
+    const MeshPlacement at = meshPlacement(Lattice(cut.latticeDepth), patch.triangle, patch.tile);
+    if (const MeshLevel* meshes = tiles.findMeshes(patch.tile, at.level))
+      out += meshes->patches[static_cast<size_t>(at.index)].indexCount / 3;
+  }
+  return out;
+}
+
 Cut selectPatches(const PatchSelection& selection, const Frame& frame, const ElevationScale& scale,
                   const Camera& camera, const ResidentTiles& tiles, MorphHistory* history,
                   double elapsedSeconds) {
   TERRANE_CHECK(selection.grid.k >= PatchGrid::kSmallest && selection.grid.k <= PatchGrid::kLargest, "k {}",
                 selection.grid.k);
   TERRANE_CHECK(selection.tolerancePixels > 0.0, "tau {}", selection.tolerancePixels);
-  TERRANE_CHECK(selection.surface == Surface::Patches || selection.metric == SplitMetric::Full,
+  TERRANE_CHECK(selection.surface == SurfaceKind::Patches || selection.metric == SplitMetric::Full,
                 "meshes by another metric than the full one");
   return Selector(selection, frame, scale, camera, tiles, history, elapsedSeconds).run();
 }

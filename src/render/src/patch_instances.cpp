@@ -9,7 +9,14 @@ namespace terrane {
 
 namespace {
 
-/// A colour of its own for a tile, the same in every run: the hue jumps by the golden angle.
+/// 2 to the power of a small integer, exactly.
+double powerOfTwo(int exponent) {
+  return std::ldexp(1.0, exponent);
+}
+
+}  // namespace
+
+// The hue jumps by the golden angle.
 int32_t tileColor(TileId id) {
   const auto hash = static_cast<uint32_t>(TileIdHash{}(id) >> 16);
   const double hue = std::fmod(static_cast<double>(hash & 0xffffU) * 0.6180339887498949, 1.0) * 6.0;
@@ -21,12 +28,25 @@ int32_t tileColor(TileId id) {
   return channel(0.0) | channel(4.0) << 8 | channel(2.0) << 16;
 }
 
-/// 2 to the power of a small integer, exactly.
-double powerOfTwo(int exponent) {
-  return std::ldexp(1.0, exponent);
+Result<ShadingPlace> shadingPlace(const Patch& patch, const TileStore& tiles) {
+  ShadingPlace out{patch.shadingTile, tiles.find(patch.shadingTile)};
+  while (out.entry == nullptr && out.tile.level > patch.tile.level) {
+    out.tile = out.tile.parent();
+    out.entry = tiles.find(out.tile);
+  }
+  if (out.entry == nullptr)
+    return makeError("tile {} cannot light a patch of {}", toString(patch.shadingTile), toString(patch.tile));
+  return out;
 }
 
-}  // namespace
+std::array<float, 4> shadingCells(LatticePoint origin, int32_t unit, int latticeDepth, TileId shadingTile,
+                                  const Frame& frame) {
+  const double scale = powerOfTwo(shadingTile.level - latticeDepth);
+  return {static_cast<float>(origin.x * scale - static_cast<double>(shadingTile.col) * kTileCells),
+          static_cast<float>(origin.y * scale - static_cast<double>(shadingTile.row) * kTileCells),
+          static_cast<float>(unit * scale),
+          static_cast<float>(powerOfTwo(shadingTile.level - frame.finestLevel))};
+}
 
 glm::dvec2 latticeSpacing(const Frame& frame, int latticeDepth) {
   const double cells = powerOfTwo(frame.finestLevel - latticeDepth);
@@ -50,17 +70,9 @@ Result<PatchInstances> makePatchInstances(const Cut& cut, const Frame& frame, La
     const TileStore::Entry* heights = tiles.find(patch.tile);
     if (heights == nullptr)
       return makeError("the cut draws tile {}, which was not uploaded", toString(patch.tile));
-    TileId shadingId = patch.shadingTile;
-    const TileStore::Entry* shading = tiles.find(shadingId);
-    while (shading == nullptr && shadingId.level > patch.tile.level) {
-      shadingId = shadingId.parent();
-      shading = tiles.find(shadingId);
-    }
-    if (shading == nullptr)
-      return makeError("tile {} cannot light a patch of {}", toString(patch.shadingTile),
-                       toString(patch.tile));
+    TERRANE_ASSIGN(const ShadingPlace shading, shadingPlace(patch, tiles));
     used.insert(patch.tile);
-    if (shading->coverage == Coverage::Kind::None) continue;
+    if (shading.entry->coverage == Coverage::Kind::None) continue;
 
     const PatchPlacement place = placePatch(lattice, cut.grid, patch.triangle);
     PatchInstance instance;
@@ -72,17 +84,11 @@ Result<PatchInstances> makePatchInstances(const Cut& cut, const Frame& frame, La
                       (place.origin.y >> shift) - patch.tile.row * kTileCells, place.unit >> shift,
                       heights->layer};
 
-    // The shading tile may be finer than the lattice: its cells are counted in halves, quarters and so on.
-    const double scale = powerOfTwo(shadingId.level - cut.latticeDepth);
-    instance.shading = {
-        static_cast<float>(place.origin.x * scale - static_cast<double>(shadingId.col) * kTileCells),
-        static_cast<float>(place.origin.y * scale - static_cast<double>(shadingId.row) * kTileCells),
-        static_cast<float>(place.unit * scale),
-        static_cast<float>(powerOfTwo(shadingId.level - frame.finestLevel))};
-    instance.layers = {shading->layer, shading->coverageLayer, tileColor(patch.tile),
+    instance.shading = shadingCells(place.origin, place.unit, cut.latticeDepth, shading.tile, frame);
+    instance.layers = {shading.entry->layer, shading.entry->coverageLayer, tileColor(patch.tile),
                        bitCast<int32_t>(patch.errorPixels)};
     instance.imagery[1] = bitCast<int32_t>(patch.morph);
-    if (imagery != nullptr) instance.imagery[0] = imagery->addPage(lattice, patch.triangle, shadingId);
+    if (imagery != nullptr) instance.imagery[0] = imagery->addPage(lattice, patch.triangle, shading.tile);
     out.byTemplate[static_cast<size_t>(patch.triangle.diamond.level & 1)].push_back(instance);
   }
   out.tileCount = static_cast<int>(used.size());

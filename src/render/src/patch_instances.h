@@ -41,6 +41,22 @@ LatticePoint anchorNear(const Lattice& lattice, const Frame& frame, glm::dvec3 p
 /// Metres between neighbouring lattice points, (x, y).
 glm::dvec2 latticeSpacing(const Frame& frame, int latticeDepth);
 
+/// A colour of its own for a tile, the same in every run, as 0xBBGGRR.
+int32_t tileColor(TileId id);
+
+/// From where fragments of a patch are lit.
+struct ShadingPlace {
+  TileId tile;                              ///< the patch's shading tile or, if it is not there, an ancestor
+  const TileStore::Entry* entry = nullptr;  ///< never null
+};
+/// Fails where neither the patch's shading tile nor an ancestor down to its own tile is resident.
+Result<ShadingPlace> shadingPlace(const Patch& patch, const TileStore& tiles);
+/// A point of the lattice in cells of the shading tile, what `unit` of the lattice is there, and its cells in
+/// a finest data cell. note: it may be finer than the lattice; then cells are counted in halves, quarters and
+/// so on.
+std::array<float, 4> shadingCells(LatticePoint origin, int32_t unit, int latticeDepth, TileId shadingTile,
+                                  const Frame& frame);
+
 /// Fills in the instances of a cut (and the pages of their imagery, unless that is null), nearest to `anchor`
 /// first. A shading tile that is not resident is replaced by its nearest ancestor that is. Patches without
 /// any ground are left out. Fails if a tile that a patch's heights come from is not resident.

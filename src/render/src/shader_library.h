@@ -28,6 +28,16 @@ struct ProgramRecipes {
   ProgramRecipe position{"the position buffer",
                          {"frame.glsl", "place.glsl", "morph.glsl", "patch.vert"},
                          {"frame.glsl", "place.glsl", "morph.glsl", "coverage.glsl", "patch_position.frag"}};
+  ProgramRecipe meshShade{"the ground of meshes",
+                          {"frame.glsl", "place.glsl", "mesh_patch.glsl", "mesh.vert"},
+                          {"frame.glsl", "sky.glsl", "coverage.glsl", "imagery.glsl", "patch_shade.frag"}};
+  ProgramRecipe meshPosition{
+      "the position buffer of meshes",
+      {"frame.glsl", "place.glsl", "mesh_patch.glsl", "mesh.vert"},
+      {"frame.glsl", "place.glsl", "mesh_patch.glsl", "coverage.glsl", "mesh_position.frag"}};
+  ProgramRecipe meshLine{"the sides of meshes' triangles",
+                         {"frame.glsl", "place.glsl", "mesh_patch.glsl", "mesh.vert"},
+                         {"frame.glsl", "sky.glsl", "coverage.glsl", "mesh_line.frag"}};
   ProgramRecipe sky{"the sky", {"frame.glsl", "fullscreen.vert"}, {"frame.glsl", "sky.glsl", "sky.frag"}};
   ProgramRecipe present{
       "the finished picture", {"frame.glsl", "fullscreen.vert"}, {"frame.glsl", "present.frag"}};

@@ -6,6 +6,8 @@
 
 #include "frame_block.h"
 #include "frustum_lines.h"
+#include "mesh_drawer.h"
+#include "mesh_store.h"
 #include "patch_drawer.h"
 #include "patch_instances.h"
 #include "sample_plan.h"
@@ -22,6 +24,9 @@ constexpr int kSceneUnit = 0;
 struct Programs {
   gpu::Program shade;
   gpu::Program position;
+  gpu::Program meshShade;
+  gpu::Program meshPosition;
+  gpu::Program meshLine;
   gpu::Program sky;
   gpu::Program present;
   gpu::Program line;
@@ -31,13 +36,19 @@ Result<Programs> makePrograms(const gpu::Context& context) {
   const ProgramRecipes recipes;
   TERRANE_ASSIGN(gpu::Program shade, makeProgram(context, recipes.shade));
   TERRANE_ASSIGN(gpu::Program position, makeProgram(context, recipes.position));
+  TERRANE_ASSIGN(gpu::Program meshShade, makeProgram(context, recipes.meshShade));
+  TERRANE_ASSIGN(gpu::Program meshPosition, makeProgram(context, recipes.meshPosition));
+  TERRANE_ASSIGN(gpu::Program meshLine, makeProgram(context, recipes.meshLine));
   TERRANE_ASSIGN(gpu::Program sky, makeProgram(context, recipes.sky));
   TERRANE_ASSIGN(gpu::Program present, makeProgram(context, recipes.present));
   TERRANE_ASSIGN(gpu::Program line, makeProgram(context, recipes.line));
-  TileStore::setSamplers(shade);
-  TileStore::setSamplers(position);
-  ImageryStore::setSamplers(shade);
-  return Programs{std::move(shade), std::move(position), std::move(sky), std::move(present), std::move(line)};
+  for (const gpu::Program* program : {&shade, &position, &meshShade, &meshPosition, &meshLine})
+    TileStore::setSamplers(*program);
+  for (const gpu::Program* program : {&shade, &meshShade}) ImageryStore::setSamplers(*program);
+  for (const gpu::Program* program : {&meshShade, &meshPosition, &meshLine})
+    MeshDrawer::setSamplers(*program);
+  return Programs{std::move(shade),    std::move(position), std::move(meshShade), std::move(meshPosition),
+                  std::move(meshLine), std::move(sky),      std::move(present),   std::move(line)};
 }
 
 /// The pictures that a frame passes through before it is finished; kept while the size stays the same.
@@ -84,13 +95,21 @@ void endDepth(const gpu::Context& context, const DepthRange& depth) {
 
 struct TerrainRenderer::Parts {
   Parts(gpu::Context& owner, Programs made)
-      : context(owner), programs(std::move(made)), tiles(owner), imagery(owner), timer(owner) {}
+      : context(owner),
+        programs(std::move(made)),
+        tiles(owner),
+        imagery(owner),
+        meshes(owner),
+        meshDrawer(owner),
+        timer(owner) {}
 
   gpu::Context& context;
   Programs programs;
   TileStore tiles;
   ImageryStore imagery;
+  MeshStore meshes;
   PatchDrawer patches;
+  MeshDrawer meshDrawer;
   gpu::Buffer frameBlock{GL_UNIFORM_BUFFER};
   gpu::Buffer lineVertices{GL_ARRAY_BUFFER};
   gpu::VertexArray lines;
@@ -100,21 +119,67 @@ struct TerrainRenderer::Parts {
   std::optional<gpu::Framebuffer> picture;
   std::optional<gpu::Framebuffer> positions;
 
-  /// Uploads the instances and the block that both kinds of drawing share.
-  Result<PatchInstances> prepare(const Cut& cut, const Frame& frame, const Camera& camera,
+  /// Uploads what the frame draws, and the block that both kinds of drawing share. Gives patches, triangles
+  /// and tiles.
+  Result<DrawStatistics> prepare(const Cut& cut, const Frame& frame, const Camera& camera,
                                  double exaggeration, FrameBlock& block) {
     const LatticePoint anchor = anchorNear(Lattice(cut.latticeDepth), frame, camera.eyeLocal);
+    DrawStatistics out;
     imagery.beginPages();
-    TERRANE_ASSIGN(PatchInstances instances, makePatchInstances(cut, frame, anchor, tiles, &imagery));
+    if (cut.surface == SurfaceKind::Meshes) {
+      TERRANE_TRY(meshDrawer.setCut(cut, frame, anchor, tiles, imagery, meshes));
+      out.patches = meshDrawer.patchCount();
+      out.triangles = meshDrawer.triangleCount();
+      out.tiles = meshDrawer.tileCount();
+    } else {
+      TERRANE_ASSIGN(const PatchInstances instances, makePatchInstances(cut, frame, anchor, tiles, &imagery));
+      patches.setInstances(cut.grid, instances);
+      out.patches = instances.patchCount();
+      out.triangles = out.patches * cut.grid.trianglesPerPatch();
+      out.tiles = instances.tileCount;
+    }
     TERRANE_TRY(imagery.finishPages());
     placeLattice(block, frame, camera, exaggeration, cut.latticeDepth, anchor, cut.grid.cellsPerSide());
-    patches.setInstances(cut.grid, instances);
     tiles.refreshBorders();
     tiles.bind();
     imagery.bind();
     frameBlock.upload(&block, sizeof(block));
     glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frameBlock.name());
-    return instances;
+    return out;
+  }
+
+  /// Draws the ground, shaded. Returns the number of draw calls.
+  int drawGround(const Cut& cut, const RenderStyle& style) {
+    if (cut.surface == SurfaceKind::Patches) {
+      programs.shade.use();
+      return patches.draw(programs.shade);
+    }
+    programs.meshShade.use();
+    programs.meshShade.setFloat("uNearer", 1.0F);
+    int calls = meshDrawer.draw(programs.meshShade, meshes);
+    if (style.outline != OutlineMode::Wireframe) return calls;
+    // Lines, a hair nearer than the triangles.
+    glEnable(GL_BLEND);
+    glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    glDepthMask(GL_FALSE);
+    programs.meshLine.use();
+    programs.meshLine.setFloat("uNearer", 0.9995F);
+    meshDrawer.drawLines(meshes);
+    glDepthMask(GL_TRUE);
+    glDisable(GL_BLEND);
+    return calls + 1;
+  }
+
+  /// Draws the places under pixels.
+  void drawPlaces(const Cut& cut) {
+    if (cut.surface == SurfaceKind::Patches) {
+      programs.position.use();
+      patches.draw(programs.position);
+      return;
+    }
+    programs.meshPosition.use();
+    programs.meshPosition.setFloat("uNearer", 1.0F);
+    meshDrawer.drawPlaces(programs.meshPosition, meshes);
   }
 
   void drawSky(const DepthRange& depth) const {
@@ -214,6 +279,7 @@ size_t TerrainRenderer::imageryBytesPerTile() {
 
 Status TerrainRenderer::uploadTile(TileId id, const Tile& tile,
                                    std::shared_ptr<const PreparedTile> prepared) {
+  parts_->meshes.drop(id);
   return parts_->tiles.upload(id, tile.samples, *prepared);
 }
 Status TerrainRenderer::uploadTile(TileId id, const Tile& tile) {
@@ -224,12 +290,19 @@ bool TerrainRenderer::hasTile(TileId id) const {
 }
 void TerrainRenderer::dropTile(TileId id) {
   parts_->tiles.drop(id);
+  parts_->meshes.drop(id);
+}
+void TerrainRenderer::addMeshes(TileId id, std::shared_ptr<const MeshLevel> meshes) {
+  parts_->meshes.add(id, std::move(meshes));
+}
+bool TerrainRenderer::hasMeshes(TileId id, int level) const {
+  return parts_->meshes.has(id, level);
 }
 size_t TerrainRenderer::tileCount() const {
   return parts_->tiles.tileCount();
 }
 size_t TerrainRenderer::gpuBytes() const {
-  return parts_->tiles.gpuBytes() + parts_->imagery.gpuBytes();
+  return parts_->tiles.gpuBytes() + parts_->imagery.gpuBytes() + parts_->meshes.gpuBytes();
 }
 
 Status TerrainRenderer::uploadImagery(TileId id, std::span<const uint8_t> rgba) {
@@ -257,8 +330,10 @@ Result<DrawStatistics> TerrainRenderer::draw(const Cut& cut, const Frame& frame,
   const SceneTargets& targets = *parts.targets;
   const DepthRange depth = chooseDepthRange(parts.context, frame, camera);
   FrameBlock block = makeFrameBlock(frame, camera, style, depth, targets.plan.shrink);
-  TERRANE_ASSIGN(const PatchInstances instances,
-                 parts.prepare(cut, frame, camera, style.exaggeration, block));
+  // note: meshes have no grid whose lines the fragments could tell; theirs are drawn as lines.
+  if (cut.surface == SurfaceKind::Meshes && style.outline == OutlineMode::Wireframe)
+    block.style.y = static_cast<int32_t>(OutlineMode::None);
+  TERRANE_ASSIGN(DrawStatistics statistics, parts.prepare(cut, frame, camera, style.exaggeration, block));
 
   // The ground, then the sky behind it, then lines over both.
   parts.timer.begin();
@@ -268,9 +343,7 @@ Result<DrawStatistics> TerrainRenderer::draw(const Cut& cut, const Frame& frame,
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   const bool perSample = targets.plan.multisamples > 1;
   if (perSample) parts.context.setSampleShading(true);
-  DrawStatistics statistics;
-  parts.programs.shade.use();
-  statistics.drawCalls = parts.patches.draw(parts.programs.shade);
+  statistics.drawCalls = parts.drawGround(cut, style);
   if (perSample) parts.context.setSampleShading(false);
   parts.drawSky(depth);
   if (style.frustum) parts.drawFrustum(*style.frustum, camera, depth, targets.plan.shrink);
@@ -280,9 +353,6 @@ Result<DrawStatistics> TerrainRenderer::draw(const Cut& cut, const Frame& frame,
   parts.timer.end();
   TERRANE_TRY(parts.context.checkFrame("drawing a picture"));
 
-  statistics.patches = instances.patchCount();
-  statistics.triangles = statistics.patches * cut.grid.trianglesPerPatch();
-  statistics.tiles = instances.tileCount;
   statistics.samples = targets.plan.samples();
   return statistics;
 }
@@ -309,14 +379,13 @@ Result<std::vector<glm::dvec3>> TerrainRenderer::drawPositions(const Cut& cut, c
   RenderStyle style;
   style.exaggeration = exaggeration;
   FrameBlock block = makeFrameBlock(frame, camera, style, depth, 1);
-  TERRANE_ASSIGN(const PatchInstances instances, parts.prepare(cut, frame, camera, exaggeration, block));
+  TERRANE_TRY(parts.prepare(cut, frame, camera, exaggeration, block));
 
   parts.positions->bind();
   beginDepth(parts.context, depth);
   glClearColor(0.0F, 0.0F, 0.0F, 0.0F);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  parts.programs.position.use();
-  parts.patches.draw(parts.programs.position);
+  parts.drawPlaces(cut);
   endDepth(parts.context, depth);
   const std::vector<float> fromEye = parts.positions->readRgba32F();
   TERRANE_TRY(parts.context.checkErrors("drawing the position buffer"));

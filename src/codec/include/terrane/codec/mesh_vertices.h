@@ -43,11 +43,12 @@ std::vector<uint8_t> measuredSamples(const TileSamples& samples);
 /// Chooses the vertices of a mesh level: one MeshVertexBits a sample; corners of patches, which always are
 /// vertices, are not marked. `inherited`: the vertices of the level before over the same samples
 /// (inheritedVertices() where these are the parent tile's; empty for the world's first level); they stay.
-/// Along the legs a chord may leave the samples by `alongSidesMeters`. The surface keeps to `band`, but where
+/// Along the legs a chord may leave the samples by `alongSidesMeters`; 0: all samples with a height of their
+/// own are vertices there. The surface keeps to `band`, but where
 /// a side's given vertices do not let it. Depends on the tile's samples, `inherited`, band and numbers alone;
 /// what is given on the tile's border, on samples of that border, what is inherited there, and numbers. About
 /// 1.3 ms.
-std::vector<uint8_t> chooseMeshVertices(std::span<const float> heights, const HeightBand& band,
+std::vector<uint8_t> chooseMeshVertices(const TileSamples& samples, const HeightBand& band,
                                         std::span<const uint8_t> inherited, int level,
                                         double alongSidesMeters);
 

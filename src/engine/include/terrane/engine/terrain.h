@@ -74,7 +74,7 @@ class Terrain {
   /// The box around the ground, in local coordinates.
   GroundBox groundBox() const;
 
-  /// The cut that the resident tiles allow.
+  /// The cut that the resident tiles allow; meshes that it needs are made.
   Cut select(const Camera& camera, const PatchSelection& selection);
   /// Loads what the camera's cut wishes for, most urgent first, until nothing is left to wish or `maxTiles`
   /// have been loaded; then selects.

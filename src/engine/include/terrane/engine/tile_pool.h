@@ -8,6 +8,7 @@
 
 #include "terrane/base/result.h"
 #include "terrane/dataset/dataset.h"
+#include "terrane/engine/tile_meshes.h"
 #include "terrane/lod/select_patches.h"
 
 namespace terrane {
@@ -17,9 +18,15 @@ namespace terrane {
 class TilePool final : public ResidentTiles {
  public:
   /// `dataset` must outlive the pool.
-  explicit TilePool(const Dataset& dataset) : dataset_(dataset) {}
+  explicit TilePool(const Dataset& dataset)
+      : dataset_(dataset), meshes_(dataset.manifest().frame, dataset.manifest().scale) {}
 
   const Tile* find(TileId id) const override;
+  const MeshLevel* findMeshes(TileId id, int level) const override { return meshes_.find(id, level); }
+
+  /// Makes what a cut wishes for, on all cores.
+  void makeMeshes(std::span<const MeshWish> wishes);
+  const TileMeshes& meshes() const { return meshes_; }
 
   /// Reads tiles whose parents are resident, together, and decodes them on all cores; tiles that are resident
   /// already are left alone. Errors name the tile; tiles before the faulty one may have been added.
@@ -41,6 +48,7 @@ class TilePool final : public ResidentTiles {
   const Dataset& dataset_;
   std::unordered_map<TileId, std::unique_ptr<Tile>, TileIdHash> stored_;
   std::unordered_map<TileId, std::unique_ptr<Tile>, TileIdHash> implied_;
+  TileMeshes meshes_;
   uint64_t bytesRead_ = 0;
 };
 

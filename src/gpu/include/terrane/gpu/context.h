@@ -1,9 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 
 #include "terrane/base/result.h"
+#include "terrane/gpu/gl.h"
 
 namespace terrane::gpu {
 
@@ -41,6 +43,8 @@ struct Workarounds {
   /// No timer query that can be waited for. OpenGL ES without EXT_disjoint_timer_query, and browsers. Then
   /// GPU times are not reported.
   bool noTimerQuery = false;
+  /// A call draws one range of the indices: WebGL2, and OpenGL ES without EXT_multi_draw_arrays.
+  bool noMultiDraw = false;
   /// Asking for errors waits until another process has done all that it was told: browsers. Then only what
   /// may run out of memory asks, not every frame.
   bool slowErrors = false;
@@ -86,6 +90,15 @@ class Context {
   /// Runs the fragment shader for every sample, or once a pixel (as it is at first). Not with
   /// noSampleShading.
   void setSampleShading(bool everySample) const;
+
+  /// Draws several ranges of the indices (uint32) of the vertex array that is bound, as triangles: `counts`
+  /// indices from `offsetsBytes` on. Returns the number of draw calls, which is one where the driver can, but
+  /// for `oneByOne`. note: in Mesa's software rasteriser gl_PrimitiveID goes on counting from range to range.
+  int drawRanges(std::span<const GLsizei> counts, std::span<const void* const> offsetsBytes,
+                 bool oneByOne = false) const;
+
+  /// Lets the `buffer` blocks with that binding see a buffer. Desktop OpenGL only.
+  void bindStorage(GLuint bindingPoint, GLuint buffer) const;
 
   /// An error if OpenGL has reported one since the last call; `doing` says what was being done.
   Status checkErrors(const std::string& doing) const;

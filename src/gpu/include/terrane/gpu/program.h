@@ -36,6 +36,7 @@ class Program {
   /// Lets the sampler uniform read from a texture unit. Unknown names (optimised away) are ignored.
   void setSampler(const char* uniform, int unit) const;
   void setInt(const char* uniform, int value) const;
+  void setFloat(const char* uniform, float value) const;
   /// Lets the uniform block read from a binding point; unknown blocks are ignored.
   void bindBlock(const char* block, int bindingPoint) const;
 

@@ -15,13 +15,14 @@ struct TexelFormat {
   GLenum type;
   int bytes;  ///< a texel, as uploaded
 
-  bool isInteger() const { return format == GL_RED_INTEGER; }
+  bool isInteger() const { return format == GL_RED_INTEGER || format == GL_RGBA_INTEGER; }
 };
 inline constexpr TexelFormat kR32F{GL_R32F, GL_RED, GL_FLOAT, 4};
 inline constexpr TexelFormat kRg16F{GL_RG16F, GL_RG, GL_HALF_FLOAT, 4};
 inline constexpr TexelFormat kR8Ui{GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE, 1};
 inline constexpr TexelFormat kRgba8{GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4};
 inline constexpr TexelFormat kRgba16F{GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, 8};
+inline constexpr TexelFormat kRgba32I{GL_RGBA32I, GL_RGBA_INTEGER, GL_INT, 16};
 inline constexpr TexelFormat kRgba32F{GL_RGBA32F, GL_RGBA, GL_FLOAT, 16};
 
 enum class Filter { Nearest, Linear };

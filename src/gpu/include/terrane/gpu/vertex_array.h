@@ -23,9 +23,13 @@ class VertexArray {
   VertexArray();
   void bind() const { glBindVertexArray(name_.get()); }
   /// Reads an attribute from `buffer`. Binds this vertex array.
-  void setAttribute(const Buffer& buffer, const Attribute& attribute) const;
+  void setAttribute(GLuint buffer, const Attribute& attribute) const;
+  void setAttribute(const Buffer& buffer, const Attribute& attribute) const {
+    setAttribute(buffer.name(), attribute);
+  }
   /// Reads indices from `buffer`. Binds this vertex array.
-  void setIndices(const Buffer& buffer) const;
+  void setIndices(GLuint buffer) const;
+  void setIndices(const Buffer& buffer) const { setIndices(buffer.name()); }
 
  private:
   Name<deleteVertexArray> name_;

@@ -9,7 +9,7 @@
 namespace terrane {
 
 /// How a patch becomes triangles.
-enum class Surface : uint8_t {
+enum class SurfaceKind : uint8_t {
   Patches,  ///< all its tile's samples that a K-patch has: the same template for each
   Meshes,   ///< those of them that its bound needs: an adaptive mesh of its own (codec/mesh_level.h)
 };
@@ -44,11 +44,11 @@ struct MeshWish {
 /// once, and meet without T-junctions.
 struct Cut {
   int latticeDepth = 0;  ///< unit of all lattice coordinates here
-  Surface surface = Surface::Patches;
+  SurfaceKind surface = SurfaceKind::Patches;
   PatchGrid grid;
   std::vector<Patch> patches;
   std::vector<TileWish> wishes;      ///< most error first; parents are resident
-  std::vector<MeshWish> meshWishes;  ///< for Surface::Meshes, coarse ones first; the levels before are made
+  std::vector<MeshWish> meshWishes;  ///< for SurfaceKind::Meshes, coarse ones first; the levels before are made
   int ramping = 0;  ///< diamonds that are fading in: while there are any, the same view changes with time
 };
 

@@ -18,7 +18,7 @@ class ResidentTiles {
   virtual ~ResidentTiles() = default;
   /// The tile, or null where it is not resident. Valid until residency changes.
   virtual const Tile* find(TileId id) const = 0;
-  /// A resident tile's meshes of a mesh level, or null where they are not made. Only for Surface::Meshes.
+  /// A resident tile's meshes of a mesh level, or null where they are not made. Only for SurfaceKind::Meshes.
   virtual const MeshLevel* findMeshes(TileId, int) const { return nullptr; }
 };
 
@@ -30,8 +30,8 @@ enum class SplitMetric : uint8_t {
 };
 
 struct PatchSelection {
-  Surface surface = Surface::Patches;
-  PatchGrid grid;                ///< K; of Surface::Patches
+  SurfaceKind surface = SurfaceKind::Patches;
+  PatchGrid grid;                ///< K; of SurfaceKind::Patches
   double tolerancePixels = 1.0;  ///< tau, > 0
   double texelPixels = 1.0;      ///< size of a texel of lighting on screen that is aimed at, > 0
   bool cull = true;              ///< leave out what is outside the frustum
@@ -51,7 +51,7 @@ struct PatchSelection {
 /// everything resident, every patch in view has an error of at most tau, or the dataset's own bound. The
 /// root tile must be resident, else the cut is empty and wishes for it.
 ///
-/// With Surface::Meshes patches are those of MeshScale::of(frame), and go on where tiles end: smaller ones of
+/// With SurfaceKind::Meshes patches are those of MeshScale::of(frame), and go on where tiles end: smaller ones of
 /// the finest tiles' samples, with tighter bounds, until all samples count. A diamond splits only where the
 /// meshes of all its children are made, too; those that the metric asks for and that are not become mesh
 /// wishes. Only with SplitMetric::Full.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "terrane/base/result.h"
+#include "terrane/codec/mesh_level.h"
 #include "terrane/codec/tile.h"
 #include "terrane/gpu/context.h"
 #include "terrane/gpu/framebuffer.h"
@@ -34,8 +35,9 @@ struct PreparedTile;
 /// A pure function, about two milliseconds; any thread.
 std::shared_ptr<const PreparedTile> prepareTile(const Tile& tile);
 
-/// Draws cuts of K-patches. It keeps the tiles that were handed to it on the GPU until they are dropped;
-/// which those are is the caller's choice. All calls on the thread of the context, which must outlive it.
+/// Draws cuts of patches, as templates or as meshes. It keeps the tiles that were handed to it on the GPU
+/// until they are dropped; which those are is the caller's choice. All calls on the thread of the context,
+/// which must outlive it.
 class TerrainRenderer {
  public:
   /// Compiles the shaders. Fails, with the compiler's words, where the driver does not take them.
@@ -56,6 +58,10 @@ class TerrainRenderer {
   /// The same, prepared here: two milliseconds more.
   Status uploadTile(TileId id, const Tile& tile);
   bool hasTile(TileId id) const;
+  /// For cuts of SurfaceKind::Meshes: the meshes of a tile's mesh level. What of them is drawn comes to the GPU
+  /// with the frame that draws it first. Forgotten with the tile.
+  void addMeshes(TileId id, std::shared_ptr<const MeshLevel> meshes);
+  bool hasMeshes(TileId id, int level) const;
   /// Forgets a tile; nothing happens if it is not there.
   void dropTile(TileId id);
   size_t tileCount() const;
@@ -73,8 +79,8 @@ class TerrainRenderer {
   void updateImagery(TileId id, int x, int y, int width, int height, std::span<const uint8_t> rgba);
   void dropImagery(TileId id);
 
-  /// Draws a cut into `target`, an RGBA8 picture of the camera's size: sRGB, opaque. Every patch's tile must
-  /// be there; a shading tile that is not is replaced by its nearest ancestor.
+  /// Draws a cut into `target`, an RGBA8 picture of the camera's size: sRGB, opaque. Every patch's tile, and
+  /// its meshes, must be there; a shading tile that is not is replaced by its nearest ancestor.
   Result<DrawStatistics> draw(const Cut& cut, const Frame& frame, const Camera& camera,
                               const RenderStyle& style, const gpu::Framebuffer& target);
 

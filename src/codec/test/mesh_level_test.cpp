@@ -1,0 +1,293 @@
+#include "terrane/codec/mesh_level.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <memory>
+#include <set>
+
+#include "made_ground.h"
+#include "terrane/tiling/lattice.h"
+
+namespace terrane {
+namespace {
+
+using Point = std::array<int, 2>;
+
+struct MeshedTile {
+  TileId id;
+  Tile tile;
+  std::map<int, MeshLevel> levels;
+};
+
+/// Levels of the root, and of its children, each from the one before.
+class MeshedWorld {
+ public:
+  MeshedWorld(unsigned seed, double spacingMeters) : random_(seed), ground_(1, someGround(seed, random_)) {
+    scale_.errorUnit = 0.05;
+    meshScale_.spacingMeters = spacingMeters;
+    meshScale_.finestLevel = 1;
+  }
+  MeshedTile root(int lastLevel) { return make({}, nullptr, lastLevel); }
+  MeshedTile child(const MeshedTile& root, int quadrant, int lastLevel) {
+    return make(TileId{}.child(quadrant), &root.levels.at(meshScale_.lastOwnLevel()), lastLevel);
+  }
+  const MeshScale& meshScale() const { return meshScale_; }
+  const ElevationScale& scale() const { return scale_; }
+
+ private:
+  MeshedTile make(TileId id, const MeshLevel* before, int lastLevel) {
+    MeshedTile out{id, ground_.tile(id, scale_, random_, 30), {}};
+    for (int level = meshScale_.firstLevel(id.isRoot()); level <= lastLevel; ++level) {
+      out.levels.emplace(level, makeMeshLevel(id, out.tile, level, before, meshScale_, scale_));
+      before = &out.levels.at(level);
+    }
+    return out;
+  }
+
+  std::mt19937 random_;
+  MadeGround ground_;
+  ElevationScale scale_;
+  MeshScale meshScale_;
+};
+
+int64_t doubleArea(Point a, Point b, Point c) {
+  return int64_t{b[0] - a[0]} * (c[1] - a[1]) - int64_t{b[1] - a[1]} * (c[0] - a[0]);
+}
+bool isBetween(Point a, Point b, Point p) {
+  return doubleArea(a, b, p) == 0 && std::min(a[0], b[0]) <= p[0] && p[0] <= std::max(a[0], b[0]) &&
+         std::min(a[1], b[1]) <= p[1] && p[1] <= std::max(a[1], b[1]);
+}
+
+/// One patch's mesh, taken out of its level.
+struct OnePatch {
+  PatchCorners corners;
+  std::vector<PatchVertex> vertices;
+  std::vector<std::array<int, 3>> triangles;
+  double errorMeters = 0.0;
+  Point place(int i) const {
+    return {vertices[static_cast<size_t>(i)].x(), vertices[static_cast<size_t>(i)].y()};
+  }
+  std::array<std::array<Point, 2>, 3> sides() const {
+    return {{{corners.ends[0], corners.ends[1]},
+             {corners.ends[0], corners.apex},
+             {corners.ends[1], corners.apex}}};
+  }
+};
+OnePatch patchOf(const MeshedTile& tile, int level, int index) {
+  const MeshLevel& meshes = tile.levels.at(level);
+  const MeshLevel::Patch& patch = meshes.patches[static_cast<size_t>(index)];
+  OnePatch out;
+  out.corners = patchCorners(level, index, (tile.id.col + tile.id.row) % 2 == 0);
+  out.vertices.assign(meshes.vertices.begin() + patch.firstVertex,
+                      meshes.vertices.begin() + patch.firstVertex + patch.vertexCount);
+  for (uint32_t i = 0; i < patch.indexCount; i += 3) {
+    const uint16_t* t = &meshes.indices[patch.firstIndex + i];
+    out.triangles.push_back({t[0], t[1], t[2]});
+  }
+  out.errorMeters = static_cast<double>(patch.errorMeters);
+  return out;
+}
+
+class MeshLevels : public ::testing::TestWithParam<unsigned> {};
+
+TEST(PatchCorners, AreFoundAgainAndCoverTheTileOnce) {
+  for (int level = 0; level <= 8; ++level) {
+    int64_t area = 0;
+    for (int index = 0; index < patchCount(level); ++index) {
+      const PatchCorners c = patchCorners(level, index, true);
+      const Point middle{(c.ends[0][0] + c.ends[1][0]) / 2, (c.ends[0][1] + c.ends[1][1]) / 2};
+      EXPECT_EQ(patchIndex(level, middle, c.apex), index) << "level " << level;
+      area += std::abs(doubleArea(c.ends[0], c.ends[1], c.apex));
+      // They are the lattice's triangles.
+      const Lattice lattice(0);
+      const Diamond d = lattice.diamondAt({middle[0], middle[1]});
+      EXPECT_EQ(d.level, level);
+      const auto ends = lattice.hypotenuse(d);
+      const std::set<Point> expected = {{ends[0].x, ends[0].y}, {ends[1].x, ends[1].y}};
+      EXPECT_EQ((std::set<Point>{c.ends[0], c.ends[1]}), expected);
+    }
+    EXPECT_EQ(area, 2 * 256 * 256);
+  }
+}
+
+/// Every triangle turns the right way, every inner side belongs to two of them, and the outer ones to the
+/// patch's sides: together they are the patch.
+TEST_P(MeshLevels, AreWholeAndConform) {
+  MeshedWorld world(GetParam(), 2.0);
+  const MeshedTile root = world.root(8);
+  const MeshedTile child = world.child(root, 3, 8);
+  for (const MeshedTile* tile : {&root, &child}) {
+    for (const auto& [level, meshes] : tile->levels) {
+      for (int index = 0; index < patchCount(level); ++index) {
+        const OnePatch patch = patchOf(*tile, level, index);
+        std::map<std::pair<Point, Point>, int> sides;
+        int64_t area = 0;
+        for (const auto& t : patch.triangles) {
+          const int64_t twice = doubleArea(patch.place(t[0]), patch.place(t[1]), patch.place(t[2]));
+          ASSERT_GT(twice, 0);
+          area += twice;
+          for (size_t i = 0; i < 3; ++i) ++sides[{patch.place(t[i]), patch.place(t[(i + 1) % 3])}];
+        }
+        ASSERT_EQ(area,
+                  std::abs(doubleArea(patch.corners.ends[0], patch.corners.ends[1], patch.corners.apex)));
+        for (const auto& [side, count] : sides) {
+          ASSERT_EQ(count, 1);
+          if (sides.count({side.second, side.first}) != 0) continue;
+          const auto outer = patch.sides();
+          ASSERT_TRUE(std::any_of(outer.begin(), outer.end(),
+                                  [&](const auto& s) {
+                                    return isBetween(s[0], s[1], side.first) &&
+                                           isBetween(s[0], s[1], side.second);
+                                  }))
+              << "level " << level << ", patch " << index << ": an open side inside";
+        }
+      }
+    }
+  }
+}
+
+/// What stands on a side: place, own height, coarse height.
+using SideVertices = std::vector<std::tuple<Point, float>>;
+/// Sides in samples of the finest tiles, by their ends in order.
+using SideKey = std::pair<Point, Point>;
+
+Point inFinest(TileId id, Point p) {
+  const int step = id.level == 0 ? 2 : 1;
+  return {(id.col * kTileCells + p[0]) * step, (id.row * kTileCells + p[1]) * step};
+}
+
+void takeSides(const MeshedTile& tile, int level, std::map<SideKey, std::vector<SideVertices>>& out,
+               std::map<SideKey, std::vector<std::vector<float>>>* coarse) {
+  for (int index = 0; index < patchCount(level); ++index) {
+    const OnePatch patch = patchOf(tile, level, index);
+    for (const auto& side : patch.sides()) {
+      SideKey key{inFinest(tile.id, side[0]), inFinest(tile.id, side[1])};
+      if (key.second < key.first) std::swap(key.first, key.second);
+      std::vector<std::tuple<Point, float, float>> found;
+      for (const PatchVertex& v : patch.vertices)
+        if (isBetween(side[0], side[1], {v.x(), v.y()}))
+          found.emplace_back(inFinest(tile.id, {v.x(), v.y()}), v.heightMeters, v.coarseMeters);
+      std::sort(found.begin(), found.end());
+      SideVertices vertices;
+      std::vector<float> heights;
+      for (const auto& [place, own, before] : found) {
+        vertices.emplace_back(place, own);
+        heights.push_back(before);
+      }
+      out[key].push_back(vertices);
+      if (coarse != nullptr) (*coarse)[key].push_back(heights);
+    }
+  }
+}
+
+/// Patches of a level and of the next that share a side have the same vertices on it, bit for bit; and those
+/// of one level the same coarse heights. Tiles side by side, a tile below its parent, levels beyond a tile's
+/// own.
+TEST_P(MeshLevels, MeetAtTheirSides) {
+  MeshedWorld world(GetParam(), 2.0);
+  const MeshedTile root = world.root(8);
+  std::vector<MeshedTile> children;
+  for (int quadrant = 0; quadrant < 4; ++quadrant) children.push_back(world.child(root, quadrant, 8));
+  const int own = world.meshScale().lastOwnLevel();
+
+  // By bintree level: the root's own levels, then the children's.
+  std::map<int, std::vector<std::pair<const MeshedTile*, int>>> levels;
+  for (int level = 0; level <= own; ++level) levels[level].emplace_back(&root, level);
+  for (int level = own - 1; level <= 8; ++level)
+    for (const MeshedTile& child : children) levels[level + 2].emplace_back(&child, level);
+  // The root goes on where children are missing: beside its own levels.
+  int64_t shared = 0;
+  for (auto at = levels.begin(); at != levels.end(); ++at) {
+    std::map<SideKey, std::vector<SideVertices>> sides;
+    std::map<SideKey, std::vector<std::vector<float>>> coarse;
+    for (const auto& [tile, level] : at->second) takeSides(*tile, level, sides, &coarse);
+    for (const auto& [key, heights] : coarse)
+      for (const auto& other : heights) ASSERT_EQ(other, heights.front()) << "coarse, level " << at->first;
+    if (const auto next = std::next(at); next != levels.end())
+      for (const auto& [tile, level] : next->second) takeSides(*tile, level, sides, nullptr);
+    for (const auto& [key, vertices] : sides) {
+      for (const SideVertices& other : vertices) ASSERT_EQ(other, vertices.front()) << "level " << at->first;
+      shared += static_cast<int64_t>(vertices.size()) - 1;
+    }
+  }
+  EXPECT_GT(shared, 1000);
+
+  // And the root's deeper levels among themselves.
+  for (int level = own; level < 8; ++level) {
+    std::map<SideKey, std::vector<SideVertices>> sides;
+    takeSides(root, level, sides, nullptr);
+    takeSides(root, level + 1, sides, nullptr);
+    for (const auto& [key, vertices] : sides)
+      for (const SideVertices& other : vertices) ASSERT_EQ(other, vertices.front()) << "level " << level;
+  }
+}
+
+/// The stated error, by brute force: at each measured sample what the block gets wrong and how far the mesh
+/// is from it.
+TEST_P(MeshLevels, KeepToTheirError) {
+  MeshedWorld world(GetParam(), 2.0);
+  const MeshedTile root = world.root(8);
+  const MeshedTile child = world.child(root, 1, 8);
+  for (const MeshedTile* tile : {&root, &child}) {
+    const std::vector<uint8_t> measured = measuredSamples(tile->tile.samples);
+    for (const auto& [level, meshes] : tile->levels) {
+      const double bound = world.meshScale().boundMeters(level + 2 * tile->id.level);
+      for (int index = 0; index < patchCount(level); ++index) {
+        const OnePatch patch = patchOf(*tile, level, index);
+        EXPECT_GE(patch.errorMeters, bound * (1.0 - 1e-6));
+        for (const auto& t : patch.triangles) {
+          const Point a = patch.place(t[0]), b = patch.place(t[1]), c = patch.place(t[2]);
+          const auto area = static_cast<double>(doubleArea(a, b, c));
+          const auto height = [&](int i) {
+            return static_cast<double>(patch.vertices[static_cast<size_t>(i)].heightMeters);
+          };
+          for (int y = std::min({a[1], b[1], c[1]}); y <= std::max({a[1], b[1], c[1]}); ++y) {
+            for (int x = std::min({a[0], b[0], c[0]}); x <= std::max({a[0], b[0], c[0]}); ++x) {
+              const Point p{x, y};
+              const int64_t wa = doubleArea(p, b, c), wb = doubleArea(a, p, c), wc = doubleArea(a, b, p);
+              const auto at = static_cast<size_t>(y * kTileSamples + x);
+              if (wa < 0 || wb < 0 || wc < 0 || (!measured.empty() && measured[at] == 0)) continue;
+              const double drawn =
+                  (static_cast<double>(wa) * height(t[0]) + static_cast<double>(wb) * height(t[1]) +
+                   static_cast<double>(wc) * height(t[2])) /
+                  area;
+              const double off = std::abs(drawn - static_cast<double>(tile->tile.samples.heights[at]));
+              // The blocks that the sample and the patch share.
+              const int middleX =
+                  (patch.corners.ends[0][0] + patch.corners.ends[1][0] + 2 * patch.corners.apex[0]) / 4;
+              const int middleY =
+                  (patch.corners.ends[0][1] + patch.corners.ends[1][1] + 2 * patch.corners.apex[1]) / 4;
+              const int col = std::min((x - (x > middleX ? 1 : 0)) / 16, 15),
+                        row = std::min((y - (y > middleY ? 1 : 0)) / 16, 15);
+              const double block = world.scale().errorFromCode(tile->tile.nodes.error[static_cast<size_t>(
+                  nodeIndex(8, col * 16 + 8, row * 16 + 8, tile->id.isRoot()))]);
+              ASSERT_LE(off + block, patch.errorMeters * (1.0 + 1e-5) + 1e-4)
+                  << "level " << level << ", patch " << index << ", sample " << x << " " << y;
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+/// The deepest level of the finest tiles shows every sample.
+TEST_P(MeshLevels, EndWithAllSamples) {
+  MeshedWorld world(GetParam(), 2.0);
+  const MeshedTile root = world.root(2);
+  const MeshedTile child = world.child(root, 2, 8);
+  for (const MeshLevel::Patch& patch : child.levels.at(8).patches) {
+    double largest = 0.0;
+    for (const uint8_t code : child.tile.nodes.error)
+      largest = std::max(largest, world.scale().errorFromCode(code));
+    EXPECT_LE(static_cast<double>(patch.errorMeters), largest + 2.0 / 1024);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Grounds, MeshLevels, ::testing::Range(0U, 15U));
+
+}  // namespace
+}  // namespace terrane
