@@ -9,8 +9,10 @@
 #include "example_manifest.h"
 #include "fuzz_tiles.h"
 #include "pmtiles_format.h"
+#include "random_heights.h"
 #include "random_images.h"
 #include "random_tiles.h"
+#include "terrane/codec/strip_mesh.h"
 #include "terrane/dataset/manifest.h"
 #include "terrane/dataset/pmtiles.h"
 
@@ -55,6 +57,16 @@ void makeImagery() {
     const std::string suffix = holes ? "_holes" : "_full";
     store("imagery_payload", "jpeg" + suffix, encodeImagery(tile, ImageryFormat::Jpeg, 10));
     store("imagery_payload", "webp" + suffix, encodeImagery(tile, ImageryFormat::Webp, 10));
+  }
+}
+
+void makeStripMeshes() {
+  for (const int side : {3, 9, 17}) {
+    for (const double bound : {1.0, 20.0}) {
+      const auto mesh = encodeStripMesh(randomHeights(side, 4), side, {bound, 0.0});
+      TERRANE_CHECK(mesh.ok(), "{}", mesh.error().message);
+      store("strip_mesh", std::to_string(side) + (bound > 1.0 ? "_coarse" : "_fine"), bytesOf(*mesh));
+    }
   }
 }
 
@@ -105,6 +117,7 @@ int main(int argc, char** argv) {
   terrane::folder = argv[1];
   terrane::makePayloads();
   terrane::makeImagery();
+  terrane::makeStripMeshes();
   terrane::makeArchives();
   terrane::makeManifest();
 }
