@@ -231,6 +231,7 @@ void setBars(const std::vector<Outcome>& outcomes, BenchResult& result) {
     triangles[outcome.setting] += outcome.ours.triangles;
     worst = std::max(worst, outcome.ours.bits / outcome.paper.bits);
     violations += static_cast<double>(outcome.ours.check.violations);
+    greedy.tiles += outcome.greedy.tiles;
     greedy.triangles += outcome.greedy.triangles;
     greedy.ours += outcome.greedy.ours;
     ours.add(outcome.ours.decoded);
@@ -244,7 +245,8 @@ void setBars(const std::vector<Outcome>& outcomes, BenchResult& result) {
   constexpr auto kAtLeast = Bar::Side::AtLeast;
   result.bars.push_back({"vs_paper_form", worst, "", 0.25});
   result.bars.push_back({"bound_violations", violations, "samples", 0.0});
-  result.bars.push_back({"triangles_vs_greedy_delaunay", greedy.ours / greedy.triangles, "", 2.4});
+  if (greedy.tiles > 0)
+    result.bars.push_back({"triangles_vs_greedy_delaunay", greedy.ours / greedy.triangles, "", 2.4});
   result.bars.push_back({"decode_mtris_per_core", ours.millionsASecond(), "", 30.0, kAtLeast});
   result.bars.push_back({"paper_decode_mtris_per_core", paper.millionsASecond(), "", 33.0, kAtLeast});
   if (web.seconds > 0.0)
