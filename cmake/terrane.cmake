@@ -44,6 +44,23 @@ function(terrane_warnings target)
   endif()
 endfunction()
 
+# terrane_embed_shaders(VARIABLE HEADER ... FUNCTION ... FILES ...)
+#
+# Shaders that travel inside a library: VARIABLE becomes a source file with a function FUNCTION, declared in HEADER,
+# that gives them.
+set(TERRANE_EMBED_SHADERS ${CMAKE_CURRENT_LIST_DIR}/embed_shaders.cmake)
+function(terrane_embed_shaders variable)
+  cmake_parse_arguments(ARG "" "HEADER;FUNCTION" "FILES" ${ARGN})
+  set(output ${CMAKE_CURRENT_BINARY_DIR}/shader_library.cpp)
+  string(REPLACE ";" "|" files "${ARG_FILES}")
+  add_custom_command(OUTPUT ${output}
+    COMMAND ${CMAKE_COMMAND} -DOUTPUT=${output} -DHEADER=${ARG_HEADER} -DFUNCTION=${ARG_FUNCTION} "-DFILES=${files}"
+      -P ${TERRANE_EMBED_SHADERS}
+    DEPENDS ${ARG_FILES} ${TERRANE_EMBED_SHADERS}
+    COMMENT "Embedding shaders" VERBATIM)
+  set(${variable} ${output} PARENT_SCOPE)
+endfunction()
+
 # terrane_fuzzer(NAME SOURCES ... CORPUS folder LINK ...)
 #
 # A libFuzzer program `fuzz_NAME`, in builds with TERRANE_FUZZERS only (the clang preset). Its stored corpus is

@@ -87,12 +87,14 @@ bool readHeader(uint32_t word, const EntryReader& entries, uint32_t entry, uint3
 
 /// Follows the path through up to a sub-strip's triangles and gives each to `put`; false if one is off the
 /// tile, or none.
-/// note: without branches, since types are as good as random: a wrong one is found out at the end.
+/// note: without branches, by masks that are all ones if so, since types are as good as random; what is wrong
+/// is told at the end.
 template <class Put>
 bool follow(const EntryReader& entries, uint32_t entry, uint32_t count, uint32_t last, Front& front,
             const Put& put) {
   Front at = front;
-  uint32_t wrong = 0;
+  uint32_t offTile = 0;
+  uint32_t noTriangle = 0;  // the end, or a hypotenuse without a middle
   for (uint32_t i = 0; i < count; ++i) {
     const uint32_t word = entries[entry + i];
     const uint32_t type = word & 3U;
@@ -100,33 +102,31 @@ bool follow(const EntryReader& entries, uint32_t entry, uint32_t count, uint32_t
     const uint32_t isC = type >> 1;
     // Ahead is the edge turned to the left. From v1 (A_L, B_R) or v2 (A_R, B_L) the new vertex is an edge's
     // length ahead; for C it is half of it ahead of the edge's middle.
-    const int aheadX = at.edgeY;
-    const int aheadY = -at.edgeX;
-    const int sumX = at.edgeX + aheadX;
-    const int sumY = at.edgeY + aheadY;
-    const bool fromSum = (at.senseRight | isC) != 0;
-    const int toX = (fromSum ? sumX : aheadX) >> isC;
-    const int toY = (fromSum ? sumY : aheadY) >> isC;
+    const int ifAcross = -static_cast<int>(at.senseRight | isC);
+    const int toX = ((at.edgeX & ifAcross) + at.edgeY) >> isC;
+    const int toY = ((at.edgeY & ifAcross) - at.edgeX) >> isC;
     const auto x3 = static_cast<uint32_t>(at.x1 + toX);
     const auto y3 = static_cast<uint32_t>(at.y1 + toY);
-    wrong |=
-        (isB & isC) | (isC & static_cast<uint32_t>(sumX)) | (x3 > last ? 1U : 0U) | (y3 > last ? 1U : 0U);
+    // Below 0 or above `last` is what has the highest bit set, itself or what is left.
+    offTile |= x3 | y3 | (last - x3) | (last - y3);
+    noTriangle |= (isB | static_cast<uint32_t>(at.edgeX + at.edgeY)) & isC;
     const uint32_t v3 = x3 | y3 << 10 | (word >> 2) << 20;
     put(at.v1, at.v2, v3);
 
     // Winding left the path turns about v1, and v3 is on the right from now on.
     const uint32_t right = at.senseRight ^ isB;
-    const bool isRight = right != 0;
-    at.v1 = isRight ? v3 : at.v1;
-    at.v2 = isRight ? at.v2 : v3;
-    at.edgeX = isRight ? at.edgeX - toX : toX;
-    at.edgeY = isRight ? at.edgeY - toY : toY;
-    at.x1 += isRight ? toX : 0;
-    at.y1 += isRight ? toY : 0;
+    const int ifRight = -static_cast<int>(right);
+    const uint32_t v2 = at.v2;
+    at.v2 = right != 0 ? v2 : v3;
+    at.v1 = right != 0 ? v3 : at.v1;
+    at.x1 += toX & ifRight;
+    at.y1 += toY & ifRight;
+    at.edgeX = ((at.edgeX & ifRight) - ifRight) + (toX ^ ifRight);  // edge - to, or to
+    at.edgeY = ((at.edgeY & ifRight) - ifRight) + (toY ^ ifRight);
     at.senseRight = right ^ isC;
   }
   front = at;
-  return wrong == 0;
+  return offTile >> 31 == 0 && noTriangle == 0;
 }
 
 /// All of the strip, each triangle given to `put`.

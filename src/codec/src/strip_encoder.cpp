@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
@@ -6,6 +7,7 @@
 #include "quadtree_mesh.h"
 #include "strip_heights.h"
 #include "strip_path.h"
+#include "terrane/base/check.h"
 #include "terrane/codec/strip_mesh.h"
 
 namespace terrane {

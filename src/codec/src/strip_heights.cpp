@@ -58,11 +58,12 @@ Result<StripHeights> quantizeStripHeights(std::span<const float> heights, int si
   }
   if (lowest > highest) return out;
 
-  // note: by doubling, not by a logarithm, so that a range of just 2^k steps gets k bits on every machine.
+  // note: by doubling, not by a logarithm, so that a range of just 2^k steps gets k bits on every machine. A
+  // tiny bound ends at some number of bits that no vertex has.
   const double range = highest - lowest;
   const double quantization =
       options.quantizationMeters > 0.0 ? options.quantizationMeters : options.boundMeters / 4.0;
-  while (std::ldexp(2.0 * quantization, out.bits) < range) ++out.bits;
+  while (out.bits < 64 && std::ldexp(2.0 * quantization, out.bits) < range) ++out.bits;
 
   const std::vector<float> whole = hasGaps ? filled(out.known, static_cast<size_t>(side)) : out.known;
   for (;; ++out.bits) {

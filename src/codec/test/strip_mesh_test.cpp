@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <random>
 #include <set>
+#include <string>
 #include <utility>
 
 #include "random_heights.h"
@@ -385,6 +387,12 @@ TEST(StripMesh, RefusesWhatItCannotHold) {
   EXPECT_FALSE(encodeStripMesh(heights, 9, {1.0, 1.5}).ok());
   EXPECT_FALSE(encodeStripMesh(heights, 9, {1.0, -1.0}).ok());
   EXPECT_TRUE(encodeStripMesh(heights, 9, {1.0, 1.0}).ok());
+
+  // A bound so small that a quarter of it is nothing.
+  EXPECT_TRUE(encodeStripMesh(heights, 9, {std::numeric_limits<double>::denorm_min(), 0.0}).ok());
+  std::vector<float> slope = heights;
+  slope[0] = 2.0F;
+  EXPECT_FALSE(encodeStripMesh(slope, 9, {std::numeric_limits<double>::denorm_min(), 0.0}).ok());
 }
 
 TEST(StripMesh, TheBytesAreThoseOfTheFormat) {

@@ -6,9 +6,11 @@
 #include <numeric>
 
 #include "terrane/gpu/buffer.h"
+#include "terrane/gpu/compute_program.h"
 #include "terrane/gpu/context.h"
 #include "terrane/gpu/framebuffer.h"
 #include "terrane/gpu/program.h"
+#include "terrane/gpu/storage_buffer.h"
 #include "terrane/gpu/texture.h"
 #include "terrane/gpu/timer.h"
 #include "terrane/gpu/vertex_array.h"
@@ -207,6 +209,44 @@ TEST_P(Gpu, TimesWhatItDraws) {
     EXPECT_LT(seconds.value_or(0.0), 60.0);
   }
   EXPECT_EQ(known > 0, !context_->workarounds().noTimerQuery);
+}
+
+TEST_P(Gpu, ComputesOnDesktopOpenGlOnly) {
+  constexpr std::string_view kDouble = R"(
+layout(local_size_x = 4) in;
+layout(std430, binding = 0) readonly buffer From { uint from[]; };
+layout(std430, binding = 1) writeonly buffer To { uint to[]; };
+void main() {
+  uint i = gl_WorkGroupID.y * 8u + gl_GlobalInvocationID.x;
+  to[i] = 2u * from[i];
+}
+)";
+  const auto program = ComputeProgram::create(*context_, "doubling", {{"double.comp", kDouble}});
+  ASSERT_EQ(program.ok(), !context_->isGles());
+  if (!program.ok()) return;
+  std::vector<uint32_t> values(24);
+  std::iota(values.begin(), values.end(), 5U);
+  StorageBuffer from;
+  StorageBuffer to;
+  EXPECT_GE(StorageBuffer::maxBytes(), size_t{1} << 24);
+  // More, then less: the storage is kept, the size is told.
+  from.upload(nullptr, 1000);
+  from.upload(values.data(), values.size() * 4);
+  EXPECT_EQ(from.sizeBytes(), values.size() * 4);
+  to.upload(nullptr, values.size() * 4);
+  from.bindTo(0);
+  to.bindTo(1);
+  program->dispatch(2, 3);
+  std::vector<uint32_t> doubled(24);
+  to.read(doubled.data(), doubled.size() * 4);
+  for (size_t i = 0; i < values.size(); ++i) EXPECT_EQ(doubled[i], 2 * values[i]) << i;
+
+  const auto broken =
+      ComputeProgram::create(*context_, "broken", {{"first.glsl", ""}, {"second.comp", "\nnonsense;\n"}});
+  ASSERT_FALSE(broken.ok());
+  EXPECT_NE(broken.error().message.find("the compute shader of broken"), std::string::npos);
+  EXPECT_NE(broken.error().message.find("second.comp"), std::string::npos);
+  EXPECT_TRUE(context_->checkErrors("computing").ok());
 }
 
 std::string dialectName(const testing::TestParamInfo<Api>& dialect) {
