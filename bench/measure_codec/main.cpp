@@ -1,9 +1,10 @@
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 
+#include "bound_check.h"
+#include "cpu_time.h"
 #include "others.h"
 #include "stored_pyramid.h"
 #include "terrane/measure/bench_result.h"
@@ -18,9 +19,6 @@
 namespace terrane {
 namespace {
 
-/// Decoding is measured in turns, and the median counts.
-constexpr int kTurns = 5;
-constexpr double kShortestSeconds = 0.04;
 /// As many tiles of a file tell how fast another codec decodes.
 constexpr size_t kTimedTiles = 16;
 
@@ -41,32 +39,6 @@ struct Outcome {
   double jxlSeconds = 0.0;  ///< for as many samples
   int64_t violations = 0;
 };
-
-double threadSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-/// CPU seconds of one call, over as many calls as take a while.
-template <class Body>
-Result<double> secondsOf(const Body& body) {
-  const double begin = threadSeconds();
-  int calls = 0;
-  double seconds = 0.0;
-  do {
-    TERRANE_TRY(body());
-    ++calls;
-    seconds = threadSeconds() - begin;
-  } while (seconds < kShortestSeconds);
-  return seconds / calls;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 struct DecodeSpeeds {
   double oursSeconds = 0.0;                           ///< for the whole pyramid
@@ -131,7 +103,7 @@ Result<Outcome> measureSetting(const std::string& name, size_t index, const Stor
     tiles.push_back(contentOf(tile, manifest.scale, asked));
     outcome.samples += static_cast<double>(tile.ownSamples);
   }
-  TERRANE_ASSIGN(const BoundCheck check, pyramid.check(source));
+  TERRANE_ASSIGN(const BoundCheck check, checkBound(pyramid, source));
   TERRANE_ASSIGN(const OtherSizes sizes, measureSizes(tiles, cache));
   TERRANE_ASSIGN(const uint64_t maskBytes, smallestMasks(source, cache));
   TERRANE_ASSIGN(const DecodeSpeeds speeds, measureDecoding(pyramid, tiles, sizes));

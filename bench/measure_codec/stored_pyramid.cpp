@@ -1,7 +1,6 @@
 #include "stored_pyramid.h"
 
 #include <algorithm>
-#include <cmath>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -49,42 +48,44 @@ int64_t StoredPyramid::finestTiles() const {
                        [&](const StoredTile& tile) { return tile.id.level == manifest_.frame.finestLevel; });
 }
 
-Status StoredPyramid::decodeAll() const {
-  return decodeBelow(tiles_.front(), nullptr);
+Status StoredPyramid::decodeAll(const UseTile& use) const {
+  return decodeBelow(tiles_.front(), nullptr, use);
 }
 
-Status StoredPyramid::decodeBelow(const StoredTile& stored, const TileSamples* parent) const {
+Status StoredPyramid::decodeAll() const {
+  return decodeAll([](TileId, const Tile&) { return Status(); });
+}
+
+Status StoredPyramid::decodeBelow(const StoredTile& stored, const TileSamples* parent,
+                                  const UseTile& use) const {
   const int quadrant = parent == nullptr ? 0 : stored.id.quadrant();
   TERRANE_ASSIGN(const Tile tile, decodeTile(stored.payload, parent, quadrant, manifest_.scale));
+  TERRANE_TRY(use(stored.id, tile));
   for (const int child : stored.children) {
-    if (child >= 0) TERRANE_TRY(decodeBelow(tiles_[static_cast<size_t>(child)], &tile.samples));
+    if (child >= 0) TERRANE_TRY(decodeBelow(tiles_[static_cast<size_t>(child)], &tile.samples, use));
   }
   return {};
 }
 
-/// Goes down to every finest tile of the source, through what is stored and what is interpolated.
-class StoredPyramid::Checker {
+/// Goes down to the wanted tiles, through what is stored and what is interpolated.
+class StoredPyramid::FinestVisit {
  public:
-  Checker(const StoredPyramid& pyramid, const std::vector<SourceTile>& source) : pyramid_(pyramid) {
-    for (const SourceTile& tile : source) {
-      source_[tile.id] = &tile;
-      for (TileId id = tile.id; !id.isRoot(); id = id.parent()) touched_.insert(id);
+  FinestVisit(const StoredPyramid& pyramid, std::span<const TileId> finest, const UseTile& use)
+      : pyramid_(pyramid), use_(use) {
+    for (const TileId tile : finest) {
+      for (TileId id = tile; !id.isRoot(); id = id.parent()) touched_.insert(id);
     }
   }
 
-  Result<BoundCheck> run() {
+  Status run() {
     const StoredTile& root = pyramid_.tiles_.front();
     TERRANE_ASSIGN(const Tile tile, decodeTile(root.payload, nullptr, 0, pyramid_.manifest_.scale));
-    TERRANE_TRY(visit(root.id, &root, tile));
-    return check_;
+    return visit(root.id, &root, tile);
   }
 
  private:
   Status visit(TileId id, const StoredTile* stored, const Tile& tile) {
-    if (id.level == pyramid_.manifest_.frame.finestLevel) {
-      compare(tile, source_.find(id)->second->heights);
-      return {};
-    }
+    if (id.level == pyramid_.manifest_.frame.finestLevel) return use_(id, tile);
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
       const TileId child = id.child(quadrant);
       if (touched_.count(child) == 0) continue;
@@ -101,28 +102,13 @@ class StoredPyramid::Checker {
     return {};
   }
 
-  void compare(const Tile& tile, const std::vector<float>& expected) {
-    for (size_t i = 0; i < expected.size(); ++i) {
-      const bool isVoid = tile.samples.states[i] == SampleState::Void;
-      if (std::isnan(expected[i]) || isVoid) {
-        if (std::isnan(expected[i]) != isVoid) ++check_.violations;
-        continue;
-      }
-      const double error = std::abs(double{tile.samples.heights[i]} - expected[i]);
-      ++check_.samples;
-      check_.largestMeters = std::max(check_.largestMeters, error);
-      if (error > pyramid_.manifest_.maxErrorMeters) ++check_.violations;
-    }
-  }
-
   const StoredPyramid& pyramid_;
-  std::unordered_map<TileId, const SourceTile*, TileIdHash> source_;
+  const UseTile& use_;
   std::unordered_set<TileId, TileIdHash> touched_;
-  BoundCheck check_;
 };
 
-Result<BoundCheck> StoredPyramid::check(const std::vector<SourceTile>& source) const {
-  return Checker(*this, source).run();
+Status StoredPyramid::visitFinest(std::span<const TileId> finest, const UseTile& use) const {
+  return FinestVisit(*this, finest, use).run();
 }
 
 }  // namespace terrane

@@ -1,20 +1,14 @@
 #pragma once
 
 #include <array>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "source_tiles.h"
 #include "terrane/dataset/dataset.h"
 
 namespace terrane {
-
-/// How a dataset's finest samples keep to what they were made from.
-struct BoundCheck {
-  int64_t samples = 0;     ///< compared
-  int64_t violations = 0;  ///< further off than the bound, or void on one side only
-  double largestMeters = 0.0;
-};
 
 /// All payloads of a dataset's elevation in memory, ready to be decoded.
 class StoredPyramid {
@@ -26,11 +20,14 @@ class StoredPyramid {
   uint64_t finestBytes() const;
   int64_t finestTiles() const;
 
+  /// What is done with a decoded tile; an error ends the visit.
+  using UseTile = std::function<Status(TileId, const Tile&)>;
   /// Decodes every stored tile once, parents before children, in the calling thread.
+  Status decodeAll(const UseTile& use) const;
   Status decodeAll() const;
-  /// Compares every sample of the source, also where the dataset stores no tile. The bound is the manifest's
-  /// and holds for the floats as they are: a build keeps room for their rounding.
-  Result<BoundCheck> check(const std::vector<SourceTile>& source) const;
+  /// Gives each of these tiles of the finest level, from the north-west quadrants on: decoded where it is
+  /// stored, interpolated where not. In the calling thread.
+  Status visitFinest(std::span<const TileId> finest, const UseTile& use) const;
 
  private:
   struct StoredTile {
@@ -39,8 +36,8 @@ class StoredPyramid {
     std::array<int, 4> children = {-1, -1, -1, -1};  ///< indices, -1: not stored
   };
   explicit StoredPyramid(Manifest manifest) : manifest_(std::move(manifest)) {}
-  Status decodeBelow(const StoredTile& stored, const TileSamples* parent) const;
-  class Checker;
+  Status decodeBelow(const StoredTile& stored, const TileSamples* parent, const UseTile& use) const;
+  class FinestVisit;
 
   Manifest manifest_;
   std::vector<StoredTile> tiles_;  ///< the root first

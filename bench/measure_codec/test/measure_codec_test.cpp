@@ -6,6 +6,7 @@
 #include <fstream>
 #include <random>
 
+#include "bound_check.h"
 #include "others.h"
 #include "source_tiles.h"
 #include "stored_pyramid.h"
@@ -164,7 +165,7 @@ TEST_F(StoredPyramidTest, CountsEverySampleThatBreaksTheBound) {
   EXPECT_EQ(own, 700 * 513);
   EXPECT_EQ(source->size(), 6U);
 
-  const auto sound = pyramid->check(*source);
+  const auto sound = checkBound(*pyramid, *source);
   ASSERT_TRUE(sound.ok()) << sound.error().message;
   EXPECT_EQ(sound->violations, 0);
   EXPECT_GE(sound->samples, own);
@@ -175,7 +176,7 @@ TEST_F(StoredPyramidTest, CountsEverySampleThatBreaksTheBound) {
   source->front().heights[1000] += 7.0F;
   source->back().heights[300] -= 7.0F;
   source->back().heights[301] = std::nanf("");
-  EXPECT_EQ(pyramid->check(*source)->violations, 3);
+  EXPECT_EQ(checkBound(*pyramid, *source)->violations, 3);
 }
 
 }  // namespace
