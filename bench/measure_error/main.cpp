@@ -20,6 +20,15 @@ namespace {
 
 constexpr int kWidth = 640;
 constexpr int kHeight = 360;
+/// Ways to make triangles of tiles.
+struct MeasuredSurface {
+  const char* name;
+  SurfaceKind kind;
+  int k;
+};
+constexpr MeasuredSurface kSurfaces[] = {{"patches, K 17", SurfaceKind::Patches, 4},
+                                         {"patches, K 33", SurfaceKind::Patches, 5},
+                                         {"meshes", SurfaceKind::Meshes, 4}};
 constexpr int kMomentsPerFlight = 3;
 constexpr int kLoadingMoments = 6;
 /// Flights that stay above the highest ground, where a crack while loading can be told.
@@ -88,10 +97,12 @@ Status measureDataset(const std::string& directory, const std::vector<std::strin
   }
 
   const std::string name = std::filesystem::path(directory).stem().string();
-  for (const double tau : {1.0, 2.0}) {
-    for (const int k : {4, 5}) {
+  for (const auto& [drawn, kind, k] : kSurfaces) {
+    const bool isMeshes = kind == SurfaceKind::Meshes;
+    for (const double tau : isMeshes ? std::vector{2.0 / 3.0, 1.0} : std::vector{1.0, 2.0}) {
       for (const double fovy : {45.0, 90.0}) {
         PatchSelection selection;
+        selection.surface = kind;
         selection.grid.k = k;
         selection.tolerancePixels = tau;
         FlyOptions options;
@@ -103,8 +114,8 @@ Status measureDataset(const std::string& directory, const std::vector<std::strin
         TERRANE_ASSIGN(const FlightReport report,
                        measureSetting(*terrain, truth, flights, selection, options, worst));
         result.rows.push_back({{"dataset", name},
+                               {"surface", drawn},
                                {"tau", tau},
-                               {"K", selection.grid.samplesPerSide()},
                                {"fovy", fovy},
                                {"max_error_over_tau", report.error.maxPixels / tau},
                                {"p999_px", report.error.percentile999()},
@@ -117,8 +128,8 @@ Status measureDataset(const std::string& directory, const std::vector<std::strin
                                {"loading_pixels", report.loading.checked},
                                {"loading_cracks", report.loading.cracks}});
         std::fprintf(
-            stderr, "%s: tau %g, K %d, fovy %g: largest error %.3f tau, %lld cracks, %lld while loading\n",
-            name.c_str(), tau, selection.grid.samplesPerSide(), fovy, report.error.maxPixels / tau,
+            stderr, "%s: %s, tau %.3g, fovy %g: largest error %.3f tau, %lld cracks, %lld while loading\n",
+            name.c_str(), drawn, tau, fovy, report.error.maxPixels / tau,
             static_cast<long long>(report.cracks.cracks), static_cast<long long>(report.loading.cracks));
       }
     }

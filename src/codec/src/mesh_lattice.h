@@ -66,25 +66,32 @@ inline void visitMeshLevel(int level, Visit&& visit) {
     for (int x = (y / s) % 2 == 0 ? s : 0; x <= kTileCells; x += 2 * s) visit(MeshPoint{x, y});
 }
 
-/// Where a mesh level's patches have their sides.
-struct MeshSides {
-  int level;
-  int square;  ///< side of the squares whose sides and diagonals they are, in cells
+/// Side, in cells, of the squares whose sides and diagonals are the sides of a mesh level's patches.
+constexpr int meshSquare(int level) {
+  return kTileCells >> level / 2;
+}
 
-  explicit MeshSides(int meshLevel)
-      : level(meshLevel), square(kTileCells >> (meshLevel - meshLevel % 2) / 2) {}
-  bool onBorder(MeshPoint p) const { return p.x == 0 || p.y == 0 || p.x == kTileCells || p.y == kTileCells; }
-  bool onLine(MeshPoint p) const { return p.x % square == 0 || p.y % square == 0; }
-  /// On the diagonal of its square along which a patch of an even level has its hypotenuse.
-  bool onHypotenuseDiagonal(MeshPoint p) const {
-    const int x = p.x % square, y = p.y % square;
-    if (square == kTileCells) return false;  // both triangles of the world's first level are one patch each
-    return ((p.x / square + p.y / square) & 1) == 0 ? x == y : x + y == square;
+/// Where a mesh level's patches have sides whose vertices are given: on hypotenuses, and on the borders of
+/// tiles.
+struct GivenSides {
+  int level;
+  int square;  ///< of the patches
+  int border;  ///< side of the squares, in cells, on whose borders vertices are given
+
+  GivenSides(int meshLevel, int borderSquare)
+      : level(meshLevel), square(meshSquare(meshLevel)), border(borderSquare) {}
+  bool has(MeshPoint p) const {
+    if (p.x % border == 0 || p.y % border == 0) return true;
+    const bool onLine = p.x % square == 0 || p.y % square == 0;
+    return level % 2 == 0 ? !onLine && onHypotenuse(p) : onLine;
   }
-  /// Are the vertices here given: on a hypotenuse, or on the tile's border?
-  bool isGiven(MeshPoint p) const {
-    if (onBorder(p)) return true;
-    return level % 2 == 0 ? !onLine(p) && onHypotenuseDiagonal(p) : onLine(p);
+
+ private:
+  /// On the diagonal of its square along which patches of an even level have their hypotenuses.
+  bool onHypotenuse(MeshPoint p) const {
+    if (square == kTileCells) return false;  // the two triangles of the world's first level choose together
+    const int x = p.x % square, y = p.y % square;
+    return ((p.x / square + p.y / square) & 1) == 0 ? x == y : x + y == square;
   }
 };
 

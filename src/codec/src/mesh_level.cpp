@@ -128,8 +128,10 @@ MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel*
     if (level == meshScale.firstLevel(id.isRoot())) inherited = inheritedVertices(inherited, id.quadrant());
   }
   const std::vector<float>& heights = tile.samples.heights;
-  const double alongSides = kShareAlongSides * meshScale.boundMeters(bintreeLevel + 1);
-  const std::vector<uint8_t> vertices = chooseMeshVertices(tile.samples, band, inherited, level, alongSides);
+  MeshLevelRule rule{level, kTileCells, kShareAlongSides * meshScale.boundMeters(bintreeLevel + 1)};
+  const int served = std::min(meshScale.grid.tileLevel(bintreeLevel), meshScale.finestLevel);
+  rule.borderSquare = kTileCells >> std::max(served - id.level, 0);
+  const std::vector<uint8_t> vertices = chooseMeshVertices(tile.samples, band, inherited, rule);
   const bool centerFalls = (id.col + id.row) % 2 == 0;
   const std::vector<float> coarse =
       before == nullptr ? heights : meshSurface(heights, inherited, level - 1, centerFalls);

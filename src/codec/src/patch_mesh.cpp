@@ -470,7 +470,7 @@ int patchCount(int level) {
 }
 
 PatchCorners patchCorners(int level, int index, bool centerFalls) {
-  const int square = MeshSides(level).square;
+  const int square = meshSquare(level);
   const int each = level % 2 == 0 ? 2 : 4;
   const int side = kTileCells / square;
   const int left = index / each % side * square, top = index / each / side * square;
@@ -496,7 +496,7 @@ PatchCorners patchCorners(int level, int index, bool centerFalls) {
 }
 
 int patchIndex(int level, std::array<int, 2> middle, std::array<int, 2> apex) {
-  const int square = MeshSides(level).square;
+  const int square = meshSquare(level);
   const int side = kTileCells / square;
   // Between hypotenuse and apex one is inside of the square.
   const int col = (middle[0] + apex[0]) / (2 * square), row = (middle[1] + apex[1]) / (2 * square);

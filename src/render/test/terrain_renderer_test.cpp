@@ -114,7 +114,8 @@ TEST(Shaders, AllCompileInBothDialects) {
     ASSERT_TRUE(context.ok()) << context.error().message;
     const ProgramRecipes all;
     std::vector<std::string_view> used;
-    for (const ProgramRecipe* recipe : {&all.shade, &all.position, &all.sky, &all.present, &all.line}) {
+    for (const ProgramRecipe* recipe : {&all.shade, &all.position, &all.meshShade, &all.meshPosition,
+                                        &all.meshLine, &all.sky, &all.present, &all.line}) {
       const auto program = makeProgram(**context, *recipe);
       EXPECT_TRUE(program.ok()) << program.error().message;
       used.insert(used.end(), recipe->vertex.begin(), recipe->vertex.end());
