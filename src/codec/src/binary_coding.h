@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "always_inline.h"
 #include "terrane/base/result.h"
 
 /// Yes-or-no answers whose odds are learned while they are read: a binary arithmetic coder, models that
@@ -40,9 +41,11 @@ struct AnswerModel {
         made[i] = static_cast<uint16_t>(32768.0 / (static_cast<double>(i) + 1.75));
       return made;
     }();
-    const int goal = yes ? 65535 : 0;
-    chance = static_cast<uint16_t>(chance + (goal - chance) * int{kShare[seen]} / 32768);
-    if (seen < most) ++seen;
+    // Seen from its goal, the chance loses its share of the way either way.
+    const uint32_t goal = yes ? 65535 : 0;
+    const uint32_t way = chance ^ goal;
+    chance = static_cast<uint16_t>((way - (way * kShare[seen] >> 15)) ^ goal);
+    seen = static_cast<uint8_t>(seen + (seen < most ? 1 : 0));
   }
 };
 
@@ -54,29 +57,38 @@ struct EvidenceTables {
 };
 const EvidenceTables& evidenceTables();
 
+/// Divides by a power of two, towards zero.
+template <int kBits>
+constexpr int32_t dividedBy2ToThe(int32_t value) {
+  return (value + ((value >> 31) & ((1 << kBits) - 1))) >> kBits;
+}
+
 /// Weighs the evidence of several models, by how well they have done. Weights are in 1/65536.
 template <size_t Count>
 struct AnswerMixer {
+  static constexpr int32_t kMostWeight = 1 << 18;
   std::array<int32_t, Count> weights;
 };
 
 /// Asks several models about one answer.
 template <class Coder, size_t Count>
-inline bool codeMixed(Coder& coder, const EvidenceTables& tables,
-                      const std::array<AnswerModel*, Count>& models, AnswerMixer<Count>& mixer, int most,
-                      bool yes = false) {
+TERRANE_INLINE bool codeMixed(Coder& coder, const EvidenceTables& tables,
+                              const std::array<AnswerModel*, Count>& models, AnswerMixer<Count>& mixer,
+                              int most, bool yes = false) {
+  static_assert(Count * AnswerMixer<Count>::kMostWeight * kMostEvidence < (1LL << 31), "sums fit");
   std::array<int32_t, Count> evidence;
-  int64_t sum = 0;
+  int32_t sum = 0;
   for (size_t i = 0; i < Count; ++i) {
     evidence[i] = tables.evidence[models[i]->chance >> 4];
-    sum += int64_t{mixer.weights[i]} * evidence[i];
+    sum += mixer.weights[i] * evidence[i];
   }
-  const auto mixed = static_cast<int>(std::clamp<int64_t>(sum / 65536, -kMostEvidence, kMostEvidence));
+  const int32_t mixed = std::clamp(dividedBy2ToThe<16>(sum), -kMostEvidence, kMostEvidence);
   const uint16_t chance = tables.chance[static_cast<size_t>(mixed + kMostEvidence)];
   yes = coder.code(chance, yes);
-  const int miss = (yes ? 65535 : 0) - chance;
+  const int32_t miss = (yes ? 65535 : 0) - chance;
   for (size_t i = 0; i < Count; ++i) {
-    mixer.weights[i] = std::clamp(mixer.weights[i] + evidence[i] * miss / 32768, -(1 << 18), 1 << 18);
+    mixer.weights[i] = std::clamp(mixer.weights[i] + dividedBy2ToThe<15>(evidence[i] * miss),
+                                  -AnswerMixer<Count>::kMostWeight, AnswerMixer<Count>::kMostWeight);
     models[i]->learn(yes, most);
   }
   return yes;
@@ -138,33 +150,38 @@ class BinaryReader {
   /// Finds the answers at the beginning of `bytes`; `used` is their length. Errors are relative to `bytes`.
   static Result<BinaryReader> open(std::span<const uint8_t> bytes, size_t& used);
 
-  bool code(uint32_t chance, bool = false) {
+  TERRANE_INLINE bool code(uint32_t chance, bool = false) {
     const uint32_t share = (range_ >> kChanceBits) * boundedChance(chance);
-    const bool yes = code_ < share;
-    if (yes) {
-      range_ = share;
-    } else {
-      code_ -= share;
-      range_ -= share;
-    }
-    while (range_ < 1U << 24) {
-      code_ = code_ << 8 | nextByte();
-      range_ <<= 8;
-    }
+    const uint64_t wideShare = uint64_t{share} << 32;
+    const bool yes = code_ < wideShare;
+    range_ = yes ? share : range_ - share;
+    code_ = yes ? code_ : code_ - wideShare;
+    // note: the range has not become less than 24 * 256: it takes two bytes at most.
+    const int shift = std::countl_zero(range_) & 24;
+    range_ <<= shift;
+    code_ <<= shift;
+    ahead_ -= shift;
+    if (ahead_ < 0) refill();
     return yes;
   }
-  bool finish() const { return next_ == end_; }
+  bool finish() const { return taken_ - static_cast<size_t>(ahead_ / 8) >= size_; }
 
  private:
-  uint32_t nextByte() {
-    if (next_ < end_) return *next_++;
-    return 0;
+  /// Takes four more bytes, beyond the end zeros.
+  void refill() {
+    uint32_t four = 0;
+    for (size_t i = taken_; i < taken_ + 4; ++i) four = four << 8 | (i < size_ ? bytes_[i] : 0U);
+    taken_ += 4;
+    code_ |= uint64_t{four} << -ahead_;
+    ahead_ += 32;
   }
 
-  const uint8_t* next_ = nullptr;
-  const uint8_t* end_ = nullptr;
+  const uint8_t* bytes_ = nullptr;
+  size_t size_ = 0;
+  size_t taken_ = 0;  ///< bytes, those beyond the end as well
   uint32_t range_ = 0xffffffffU;
-  uint32_t code_ = 0;
+  int ahead_ = -32;    ///< as many bits of `code_` below its upper half are bytes that come later
+  uint64_t code_ = 0;  ///< the code is its upper half
 };
 
 }  // namespace terrane

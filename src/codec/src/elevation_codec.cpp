@@ -240,12 +240,13 @@ Result<Head> readHead(ByteReader& in, const TileSamples* parent, int quadrant, c
   TERRANE_ASSIGN(const uint8_t stateBits, in.byte());
   TERRANE_ASSIGN(head.states, statesOfByte(stateBits, statesStart));
   TERRANE_TRY(readChildren(in, tile.children));
+  const SampleState usual = usualState(head.states);
   if (isRoot) {
     tile.samples.heights.resize(kTileSampleCount);
-    tile.samples.states.assign(kTileSampleCount, SampleState::Coded);
+    tile.samples.states.assign(kTileSampleCount, usual);
     TERRANE_TRY(readCorners(in, scale, tile.samples));
   } else {
-    copyParentSamples(*parent, quadrant, tile.samples);
+    copyParentSamples(*parent, quadrant, usual, tile.samples);
   }
   return head;
 }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sample_prediction.h"
-#include "sparse_coding.h"
+#include "sparse_level.h"
 #include "terrane/base/result.h"
 #include "terrane/codec/tile.h"
 #include "void_coding.h"
@@ -29,6 +29,7 @@ struct OwnStates {
   bool hasVoidAnswers() const { return anyVoid && isMixed(); }
   bool hasAnswers() const { return isMixed(); }
   bool hasNumbers() const { return anyCoded && !isSparse(); }
+  SparseLevel::Rules sparseRules() const { return {closed, hasVoidAnswers(), !anyCoded}; }
   bool operator==(const OwnStates&) const = default;
 };
 
@@ -42,6 +43,9 @@ OwnStates ownStatesOf(const std::vector<SampleState>& states, bool isRoot);
 /// Appends the segments of a lattice level (half-size s): quad-centres, then edge-centres.
 void encodeLevel(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,
                  SampleModels* models, std::vector<uint8_t>& out);
+
+/// The state that a tile's own samples must have before they are decoded.
+SampleState usualState(const OwnStates& states);
 
 /// Reads them; the coarser samples must be there. Gives the number of bytes used. Errors are relative to
 /// `bytes`.

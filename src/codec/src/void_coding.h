@@ -2,46 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <vector>
 
 #include "binary_coding.h"
+#include "row_bits.h"
 #include "sample_grid.h"
 
 /// Which samples of a row are void (docs/format/elevation-v4.md, "States").
 namespace terrane {
-
-/// A bit for each sample of a grid's row, 1 where it is void.
-class VoidRow {
- public:
-  bool at(int x) const { return (words_[static_cast<size_t>(x) / 64] >> (x % 64) & 1) != 0; }
-  void set(int x) { words_[static_cast<size_t>(x) / 64] |= uint64_t{1} << (x % 64); }
-  /// Up to 16 of them from x on, a multiple of 16, the first one lowest.
-  void setRun(int x, uint32_t bits) { words_[static_cast<size_t>(x) / 64] |= uint64_t{bits} << (x % 64); }
-  /// Calls visit(x) for each that is void.
-  template <class Visit>
-  void forEach(Visit&& visit) const {
-    for (size_t i = 0; i < words_.size(); ++i) {
-      for (uint64_t left = words_[i]; left != 0; left &= left - 1)
-        visit(static_cast<int>(64 * i) + std::countr_zero(left));
-    }
-  }
-  /// Up to 32 of them from x on, the first one lowest.
-  uint32_t from(int x, int count) const {
-    const auto word = static_cast<size_t>(x) / 64;
-    const int shift = x % 64;
-    uint64_t bits = words_[word] >> shift;
-    if (shift > 32) bits |= words_[word + 1] << (64 - shift);
-    return static_cast<uint32_t>(bits & ((uint64_t{1} << count) - 1));
-  }
-  bool any() const { return (words_[0] | words_[1] | words_[2]) != 0; }
-  void clear() { words_ = {}; }
-
- private:
-  std::array<uint64_t, 4> words_{};  ///< 129 samples at most
-};
 
 /// The models of a tile: by how many of four neighbours are void and by the samples of the same kind to the
 /// west and north; of runs whose surroundings are all alike, by what they are.
@@ -76,10 +46,10 @@ class VoidLevel {
   /// Codes row y of a kind: the writer finds out from `states`, the reader leaves what it learned in
   /// the result alone.
   template <class Coder>
-  const VoidRow& codeRow(Coder& coder, VoidModels& models, const Grid& grid, int y,
+  const RowBits& codeRow(Coder& coder, VoidModels& models, const Grid& grid, int y,
                          const SampleState* states) {
-    std::vector<VoidRow>& rows = rowsOf(grid.kind);
-    VoidRow& row = rows[static_cast<size_t>(y)];
+    std::vector<RowBits>& rows = rowsOf(grid.kind);
+    RowBits& row = rows[static_cast<size_t>(y)];
     if constexpr (!Coder::kReads) {
       for (int x = 0; x < grid.cols; ++x) {
         if (states[grid.indexOf(x, y)] == SampleState::Void) row.set(x);
@@ -118,11 +88,11 @@ class VoidLevel {
  private:
   static constexpr int kMost = 60;
 
-  static void resize(std::vector<VoidRow>& rows, int count) {
+  static void resize(std::vector<RowBits>& rows, int count) {
     rows.resize(static_cast<size_t>(count));
-    for (VoidRow& row : rows) row.clear();
+    for (RowBits& row : rows) row.clear();
   }
-  std::vector<VoidRow>& rowsOf(SampleKind kind) {
+  std::vector<RowBits>& rowsOf(SampleKind kind) {
     return kind == SampleKind::QuadCenter       ? quads_
            : kind == SampleKind::HorizontalEdge ? horizontal_
                                                 : vertical_;
@@ -150,7 +120,7 @@ class VoidLevel {
   };
   Around aroundRun(const Grid& grid, int x, int count, int y) const {
     Around around;
-    const auto look = [&](const VoidRow& row, int first, int end) {
+    const auto look = [&](const RowBits& row, int first, int end) {
       const uint32_t bits = row.from(first, end - first);
       around.anyVoid |= bits != 0;
       around.anyGround |= bits != (1U << (end - first)) - 1;
@@ -175,7 +145,7 @@ class VoidLevel {
     return around;
   }
 
-  size_t contextOf(const Grid& grid, int x, int y, const VoidRow& row) {
+  size_t contextOf(const Grid& grid, int x, int y, const RowBits& row) {
     const auto at = static_cast<size_t>(y);
     int voids = 0;
     switch (grid.kind) {
@@ -204,10 +174,10 @@ class VoidLevel {
     return static_cast<size_t>(voids + (west ? 5 : 0) + (north ? 10 : 0));
   }
 
-  std::vector<VoidRow> corners_;
-  std::vector<VoidRow> quads_;
-  std::vector<VoidRow> horizontal_;
-  std::vector<VoidRow> vertical_;
+  std::vector<RowBits> corners_;
+  std::vector<RowBits> quads_;
+  std::vector<RowBits> horizontal_;
+  std::vector<RowBits> vertical_;
 };
 
 }  // namespace terrane

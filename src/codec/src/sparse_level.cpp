@@ -1,0 +1,50 @@
+#include "sparse_level.h"
+
+namespace terrane {
+
+void SparseLevel::begin(int s, const Rules& rules, const SampleState* states) {
+  rules_ = rules;
+  states_.begin(s, states);
+}
+
+void SparseLevel::beginPass(const Grid& grid) {
+  kind_ = grid.kind;
+  residuals_[1].fill(0);
+  // What edges are asked about follows from the quad-centres.
+  if (kind_ == SampleKind::VerticalEdge) return;
+  takeAsked(kind_, grid.rows);
+  if (kind_ == SampleKind::HorizontalEdge) takeAsked(SampleKind::VerticalEdge, grid.rows - 1);
+}
+
+void SparseLevel::takeAsked(SampleKind kind, int rows) {
+  std::vector<RowBits>& asked = asked_[static_cast<size_t>(kind)];
+  asked.assign(static_cast<size_t>(rows + 2), RowBits());
+  if (rules_.noneCoded) return;
+  const RowBits& inside = states_.of(kind).inside();
+  for (int y = 0; y < rows; ++y) {
+    RowBits& row = asked[static_cast<size_t>(y + 1)];
+    row = rules_.closed ? inside & ~states_.withInterpolatedParent(kind, y) : inside;
+  }
+}
+
+uint32_t SparseLevel::eights(int y) const {
+  const RowBits& asked = askedIn(kind_, y);
+  // note: of void samples nothing is asked, but of the edges around them.
+  if (rules_.anyVoid && !rules_.noneCoded) return states_.of(kind_).inside().eights();
+  switch (kind_) {
+    case SampleKind::QuadCenter: {
+      // An edge that is asked about has a quad-centre beside it that was.
+      const RowBits near = askedIn(kind_, y - 1) | asked | askedIn(kind_, y + 1);
+      return (near | near.fromEast() | near.fromWest()).eights();
+    }
+    case SampleKind::HorizontalEdge: {
+      const RowBits beside = askedIn(SampleKind::VerticalEdge, y - 1) | askedIn(SampleKind::VerticalEdge, y);
+      return (asked | beside | beside.fromEast()).eights();
+    }
+    case SampleKind::VerticalEdge:
+      break;
+  }
+  return asked.eights();
+}
+
+}  // namespace terrane

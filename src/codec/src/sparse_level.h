@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "level_states.h"
+#include "sparse_coding.h"
+
+namespace terrane {
+
+/// One lattice level of a sparse tile while it is coded: what is known of its samples' states, and which
+/// samples are asked about at all, which is what its cost follows.
+class SparseLevel {
+ public:
+  struct Rules {
+    bool closed;     ///< no sample is Coded whose parent in this tile is Interpolated
+    bool anyVoid;    ///< there may be void samples among those of the level
+    bool noneCoded;  ///< nothing is asked
+  };
+
+  /// Takes what is known before: the corners.
+  void begin(int s, const Rules& rules, const SampleState* states);
+  /// Begins a pass; those before it are done.
+  void beginPass(const Grid& grid);
+
+  /// The eights of a row where predictions matter: for samples that are asked about, and for those that will
+  /// be asked by how much predictions around them missed.
+  uint32_t eights(int y) const;
+
+  /// Codes row y of the pass as codeSparseRow() does.
+  template <class Coder>
+  bool codeRow(Coder& coder, SparseModels& models, const RowPrediction& predicted, LevelPlanes& planes, int y,
+               const RowBits& voids, RowBits& coded) {
+    const RowBits asked = askedIn(kind_, y) & ~voids;
+    RowResiduals& residuals = residuals_[static_cast<size_t>(y % 2)];
+    const RowResiduals& north = residuals_[static_cast<size_t>(1 - y % 2)];
+    residuals.fill(0);
+    bool isInRange = true;
+    if (asked.any()) {
+      isInRange = codeSparseRow(coder, models,
+                                {kind_, y, asked, predicted, states_, planes, north, residuals}, coded);
+    }
+    states_.of(kind_).set(y, coded, voids);
+    return isInRange;
+  }
+
+ private:
+  void takeAsked(SampleKind kind, int rows);
+  const RowBits& askedIn(SampleKind kind, int y) const {
+    return asked_[static_cast<size_t>(kind)][static_cast<size_t>(y + 1)];
+  }
+
+  Rules rules_{};
+  SampleKind kind_ = SampleKind::QuadCenter;
+  LevelStates states_;
+  std::array<std::vector<RowBits>, kSampleKinds> asked_;  ///< each with an empty row before and after
+  std::array<RowResiduals, 2> residuals_{};
+};
+
+}  // namespace terrane
