@@ -57,6 +57,10 @@ struct EvidenceTables {
 };
 const EvidenceTables& evidenceTables();
 
+TERRANE_INLINE int32_t boundedEvidence(int32_t evidence) {
+  return std::clamp(evidence, -kMostEvidence, kMostEvidence);
+}
+
 /// Divides by a power of two, towards zero.
 template <int kBits>
 constexpr int32_t dividedBy2ToThe(int32_t value) {
@@ -67,6 +71,14 @@ constexpr int32_t dividedBy2ToThe(int32_t value) {
 template <size_t Count>
 struct AnswerMixer {
   static constexpr int32_t kMostWeight = 1 << 18;
+  static TERRANE_INLINE int32_t bounded(int32_t weight) {
+    // note: it hardly ever is beyond, which is guessed sooner than compared.
+    if (weight > kMostWeight) [[unlikely]]
+      return kMostWeight;
+    if (weight < -kMostWeight) [[unlikely]]
+      return -kMostWeight;
+    return weight;
+  }
   std::array<int32_t, Count> weights;
 };
 
@@ -76,21 +88,28 @@ TERRANE_INLINE bool codeMixed(Coder& coder, const EvidenceTables& tables,
                               const std::array<AnswerModel*, Count>& models, AnswerMixer<Count>& mixer,
                               int most, bool yes = false) {
   static_assert(Count * AnswerMixer<Count>::kMostWeight * kMostEvidence < (1LL << 31), "sums fit");
+  // note: copies, for the compiler does not know that the models are different ones.
+  std::array<AnswerModel, Count> asked;
+  std::array<int32_t, Count> weights = mixer.weights;
   std::array<int32_t, Count> evidence;
   int32_t sum = 0;
+#pragma GCC unroll 4
   for (size_t i = 0; i < Count; ++i) {
-    evidence[i] = tables.evidence[models[i]->chance >> 4];
-    sum += mixer.weights[i] * evidence[i];
+    asked[i] = *models[i];
+    evidence[i] = tables.evidence[asked[i].chance >> 4];
+    sum += weights[i] * evidence[i];
   }
-  const int32_t mixed = std::clamp(dividedBy2ToThe<16>(sum), -kMostEvidence, kMostEvidence);
+  const int32_t mixed = boundedEvidence(dividedBy2ToThe<16>(sum));
   const uint16_t chance = tables.chance[static_cast<size_t>(mixed + kMostEvidence)];
   yes = coder.code(chance, yes);
   const int32_t miss = (yes ? 65535 : 0) - chance;
+#pragma GCC unroll 4
   for (size_t i = 0; i < Count; ++i) {
-    mixer.weights[i] = std::clamp(mixer.weights[i] + dividedBy2ToThe<15>(evidence[i] * miss),
-                                  -AnswerMixer<Count>::kMostWeight, AnswerMixer<Count>::kMostWeight);
-    models[i]->learn(yes, most);
+    weights[i] = AnswerMixer<Count>::bounded(weights[i] + dividedBy2ToThe<15>(evidence[i] * miss));
+    asked[i].learn(yes, most);
+    *models[i] = asked[i];
   }
+  mixer.weights = weights;
   return yes;
 }
 
@@ -154,8 +173,10 @@ class BinaryReader {
     const uint32_t share = (range_ >> kChanceBits) * boundedChance(chance);
     const uint64_t wideShare = uint64_t{share} << 32;
     const bool yes = code_ < wideShare;
-    range_ = yes ? share : range_ - share;
-    code_ = yes ? code_ : code_ - wideShare;
+    // note: no branch here, for whoever asks has one.
+    const uint32_t isNo = yes ? 0 : ~0U;
+    range_ = share + (isNo & (range_ - 2 * share));
+    code_ -= wideShare & (uint64_t{isNo} << 32);
     // note: the range has not become less than 24 * 256: it takes two bytes at most.
     const int shift = std::countl_zero(range_) & 24;
     range_ <<= shift;

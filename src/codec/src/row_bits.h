@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "always_inline.h"
+
 namespace terrane {
 
 /// A bit for each sample of a grid's row, and for some beyond its ends: what is asked of many samples at
@@ -38,7 +40,7 @@ class RowBits {
   bool any() const { return (words_[0] | words_[1] | words_[2]) != 0; }
   /// Calls visit(x) for each that is set.
   template <class Visit>
-  void forEach(Visit&& visit) const {
+  TERRANE_INLINE void forEach(Visit&& visit) const {
     for (size_t i = 0; i < kWords; ++i) {
       for (uint64_t left = words_[i]; left != 0; left &= left - 1)
         visit(static_cast<int>(64 * i) + std::countr_zero(left) - kMargin);

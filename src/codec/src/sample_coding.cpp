@@ -343,11 +343,13 @@ class LevelDecoder {
     PairWeights weights = usualWeights(grid.kind);
     if (ownStates_.anyCoded) codeWeights(in.answers, grid.kind, weights);
     scratch_.sparse.beginPass(grid);
+    if (grid.kind == SampleKind::HorizontalEdge) completeQuadMisses();
+    if (grid.kind == SampleKind::QuadCenter) quadWeights_ = weights;
     for (int y = 0; y < grid.rows; ++y) {
       const uint32_t eights = scratch_.sparse.eights(y);
-      if (eights != 0) predictRow(scratch_.planes, grid.kind, y, eights, weights, scratch_.predicted);
       int32_t* values = scratch_.planes.of(grid.kind).row(y);
       setMeans(scratch_.planes, grid.kind, y, grid.cols, values);
+      if (eights != 0) predictRow(scratch_.planes, grid.kind, y, eights, weights, scratch_.predicted);
       RowBits voids;
       if (ownStates_.hasVoidAnswers())
         voids = scratch_.voids.codeRow(in.answers, models_->voids, grid, y, samples_.states.data());
@@ -359,6 +361,17 @@ class LevelDecoder {
         setMisses(values, scratch_.predicted, eights, misses);
     }
     return true;
+  }
+  /// Quad-centres of which nothing was asked have misses as well, where edges will ask for them.
+  void completeQuadMisses() {
+    constexpr SampleKind kKind = SampleKind::QuadCenter;
+    for (int y = 0; y < scratch_.planes.quads.rows(); ++y) {
+      const uint32_t eights = scratch_.sparse.eightsOfQuadMisses(y) & ~scratch_.sparse.eightsOf(kKind, y);
+      if (eights == 0) continue;
+      predictRow(scratch_.planes, kKind, y, eights, quadWeights_, scratch_.predicted);
+      setMisses(scratch_.planes.quads.row(y), scratch_.predicted, eights, scratch_.planes.quadMisses.row(y));
+    }
+    scratch_.planes.quadMisses.repeat();
   }
   /// What samples of a sparse tile's row have, but for those that are interpolated.
   void setSamples(const Grid& grid, int y, const RowBits& coded, const RowBits& voids,
@@ -498,6 +511,7 @@ class LevelDecoder {
   const ElevationScale& scale_;
   SampleModels* models_;
   Scratch& scratch_;
+  PairWeights quadWeights_{};
   bool outOfRange_ = false;
 };
 

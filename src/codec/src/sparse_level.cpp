@@ -27,24 +27,18 @@ void SparseLevel::takeAsked(SampleKind kind, int rows) {
   }
 }
 
-uint32_t SparseLevel::eights(int y) const {
-  const RowBits& asked = askedIn(kind_, y);
-  // note: of void samples nothing is asked, but of the edges around them.
-  if (rules_.anyVoid && !rules_.noneCoded) return states_.of(kind_).inside().eights();
-  switch (kind_) {
-    case SampleKind::QuadCenter: {
-      // An edge that is asked about has a quad-centre beside it that was.
-      const RowBits near = askedIn(kind_, y - 1) | asked | askedIn(kind_, y + 1);
-      return (near | near.fromEast() | near.fromWest()).eights();
-    }
-    case SampleKind::HorizontalEdge: {
-      const RowBits beside = askedIn(SampleKind::VerticalEdge, y - 1) | askedIn(SampleKind::VerticalEdge, y);
-      return (asked | beside | beside.fromEast()).eights();
-    }
-    case SampleKind::VerticalEdge:
-      break;
-  }
-  return asked.eights();
+uint32_t SparseLevel::eightsOf(SampleKind kind, int y) const {
+  const RowBits& asked = askedIn(kind, y);
+  if (kind != SampleKind::HorizontalEdge) return asked.eights();
+  const RowBits beside = askedIn(SampleKind::VerticalEdge, y - 1) | askedIn(SampleKind::VerticalEdge, y);
+  return (asked | beside | beside.fromEast()).eights();
+}
+
+uint32_t SparseLevel::eightsOfQuadMisses(int y) const {
+  const RowBits across = askedIn(SampleKind::HorizontalEdge, y) | askedIn(SampleKind::HorizontalEdge, y + 1);
+  const RowBits along = askedIn(SampleKind::VerticalEdge, y - 1) | askedIn(SampleKind::VerticalEdge, y) |
+                        askedIn(SampleKind::VerticalEdge, y + 1);
+  return (across | across.fromEast() | across.fromWest() | along | along.fromEast()).eights();
 }
 
 }  // namespace terrane

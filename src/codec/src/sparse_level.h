@@ -14,7 +14,6 @@ class SparseLevel {
  public:
   struct Rules {
     bool closed;     ///< no sample is Coded whose parent in this tile is Interpolated
-    bool anyVoid;    ///< there may be void samples among those of the level
     bool noneCoded;  ///< nothing is asked
   };
 
@@ -23,9 +22,13 @@ class SparseLevel {
   /// Begins a pass; those before it are done.
   void beginPass(const Grid& grid);
 
-  /// The eights of a row where predictions matter: for samples that are asked about, and for those that will
-  /// be asked by how much predictions around them missed.
-  uint32_t eights(int y) const;
+  /// The eights of a row in which predictions matter: where samples are asked about, and of horizontal edges
+  /// where vertical ones will be asked by how much the predictions missed.
+  uint32_t eights(int y) const { return eightsOf(kind_, y); }
+  uint32_t eightsOf(SampleKind kind, int y) const;
+  /// The eights of a row of quad-centres by whose misses edges will be asked, once beginPass() of horizontal
+  /// edges knows of them.
+  uint32_t eightsOfQuadMisses(int y) const;
 
   /// Codes row y of the pass as codeSparseRow() does.
   template <class Coder>
