@@ -101,7 +101,7 @@ TERRANE_INLINE bool codeMixed(Coder& coder, const EvidenceTables& tables,
   }
   const int32_t mixed = boundedEvidence(dividedBy2ToThe<16>(sum));
   const uint16_t chance = tables.chance[static_cast<size_t>(mixed + kMostEvidence)];
-  yes = coder.code(chance, yes);
+  yes = coder.codeOpen(chance, yes);
   const int32_t miss = (yes ? 65535 : 0) - chance;
 #pragma GCC unroll 4
   for (size_t i = 0; i < Count; ++i) {
@@ -148,6 +148,7 @@ class BinaryWriter {
     }
     return yes;
   }
+  bool codeOpen(uint32_t chance, bool yes) { return code(chance, yes); }
   /// Appends a varint of the number of bytes, and the bytes. Empties the writer.
   void finish(std::vector<uint8_t>& out);
 
@@ -173,21 +174,37 @@ class BinaryReader {
     const uint32_t share = (range_ >> kChanceBits) * boundedChance(chance);
     const uint64_t wideShare = uint64_t{share} << 32;
     const bool yes = code_ < wideShare;
-    // note: no branch here, for whoever asks has one.
+    if (yes) {
+      range_ = share;
+    } else {
+      range_ -= share;
+      code_ -= wideShare;
+    }
+    if (range_ < 1U << 24) normalise();
+    return yes;
+  }
+  /// The same for an answer that is hard to guess: no branch here, for whoever asks has one.
+  TERRANE_INLINE bool codeOpen(uint32_t chance, bool = false) {
+    const uint32_t share = (range_ >> kChanceBits) * boundedChance(chance);
+    const uint64_t wideShare = uint64_t{share} << 32;
+    const bool yes = code_ < wideShare;
     const uint32_t isNo = yes ? 0 : ~0U;
     range_ = share + (isNo & (range_ - 2 * share));
     code_ -= wideShare & (uint64_t{isNo} << 32);
-    // note: the range has not become less than 24 * 256: it takes two bytes at most.
-    const int shift = std::countl_zero(range_) & 24;
-    range_ <<= shift;
-    code_ <<= shift;
-    ahead_ -= shift;
-    if (ahead_ < 0) refill();
+    normalise();
     return yes;
   }
   bool finish() const { return taken_ - static_cast<size_t>(ahead_ / 8) >= size_; }
 
  private:
+  /// note: the range has not become less than 24 * 256: it takes two bytes at most.
+  TERRANE_INLINE void normalise() {
+    const int shift = std::countl_zero(range_) & 24;
+    range_ <<= shift;
+    code_ <<= shift;
+    ahead_ -= shift;
+    if (ahead_ < 0) refill();
+  }
   /// Takes four more bytes, beyond the end zeros.
   void refill() {
     uint32_t four = 0;

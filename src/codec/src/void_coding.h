@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "binary_coding.h"
@@ -61,6 +62,19 @@ class VoidLevel {
       models.rowDiffers.learn(differs, kMost);
       if (!differs) return row;
     }
+    // note: a coder of our own, of which nobody else knows, stays in registers.
+    Coder own = std::move(coder);
+    codeRuns(own, models, grid, y, row);
+    coder = std::move(own);
+    return row;
+  }
+
+ private:
+  static constexpr int kMost = 60;
+
+  /// Run by run, and sample by sample where a run is not alike.
+  template <class Coder>
+  TERRANE_INLINE void codeRuns(Coder& coder, VoidModels& models, const Grid& grid, int y, RowBits& row) {
     for (int x = 0; x < grid.cols; x += kRun) {
       const int count = std::min(kRun, grid.cols - x);
       const uint32_t all = (1U << count) - 1;
@@ -82,11 +96,7 @@ class VoidLevel {
         if (Coder::kReads && yes) row.set(i);
       }
     }
-    return row;
   }
-
- private:
-  static constexpr int kMost = 60;
 
   static void resize(std::vector<RowBits>& rows, int count) {
     rows.resize(static_cast<size_t>(count));
@@ -145,7 +155,7 @@ class VoidLevel {
     return around;
   }
 
-  size_t contextOf(const Grid& grid, int x, int y, const RowBits& row) {
+  TERRANE_INLINE size_t contextOf(const Grid& grid, int x, int y, const RowBits& row) {
     const auto at = static_cast<size_t>(y);
     int voids = 0;
     switch (grid.kind) {
