@@ -118,7 +118,7 @@ class LevelEncoder {
     resizePlanes(scratch_.planes, kTileCells / (2 * s));
     takeCorners(samples, s, scale, scratch_.planes);
     if (states.hasVoidAnswers()) scratch_.voids.begin(s, samples.states.data());
-    if (states.isSparse()) scratch_.sparse.begin(s, states.sparseRules(), samples.states.data());
+    if (states.isSparse()) scratch_.sparse.begin(s, states.closed, samples.states.data());
   }
 
   void encode(std::vector<uint8_t>& out) {
@@ -159,8 +159,9 @@ class LevelEncoder {
       RowBits voids;
       const SampleState* states = samples_.states.data() + grid.indexOf(0, y);
       LevelStates::take(states, 2 * s_, grid.cols, coded, voids);
-      scratch_.sparse.codeRow(answers_, models_->sparse, scratch_.predicted, scratch_.planes, y, voids,
-                              coded);
+      if (ownStates_.anyCoded)
+        scratch_.sparse.codeRow(answers_, models_->sparse, scratch_.predicted, scratch_.planes, y, voids,
+                                coded);
       takeMisses(grid, y);
     }
   }
@@ -271,13 +272,12 @@ class LevelDecoder {
         scale_(scale),
         models_(models),
         scratch_(scratchOfThread()) {
+    if (states.hasVoidAnswers()) scratch_.voids.begin(s, samples.states.data());
+    if (states.isSparse() || !states.anyCoded) interpolateHeights(s, samples.heights);
+    if (!states.anyCoded) return;
     resizePlanes(scratch_.planes, kTileCells / (2 * s));
     takeCorners(samples, s, scale, scratch_.planes);
-    if (states.hasVoidAnswers()) scratch_.voids.begin(s, samples.states.data());
-    if (states.isSparse()) {
-      scratch_.sparse.begin(s, states.sparseRules(), samples.states.data());
-      interpolateHeights(s, samples.heights);
-    }
+    if (states.isSparse()) scratch_.sparse.begin(s, states.closed, samples.states.data());
   }
 
   Result<size_t> decode(std::span<const uint8_t> bytes) {
@@ -334,14 +334,21 @@ class LevelDecoder {
 
   bool decodeKind(SampleKind kind, Segment& in) {
     const Grid grid(kind, s_);
+    if (!ownStates_.anyCoded) return decodeNone(grid, in);
     const bool ok = ownStates_.isSparse() ? decodeSparse(grid, in) : decodeDense(grid, in);
     finishPlane(scratch_.planes, kind);
     return ok && !outOfRange_;
   }
 
+  /// Where no sample is coded, no step number matters.
+  bool decodeNone(const Grid& grid, Segment& in) {
+    for (int y = 0; y < grid.rows; ++y) decodeVoids(grid, y, in);
+    return true;
+  }
+
   bool decodeSparse(const Grid& grid, Segment& in) {
     PairWeights weights = usualWeights(grid.kind);
-    if (ownStates_.anyCoded) codeWeights(in.answers, grid.kind, weights);
+    codeWeights(in.answers, grid.kind, weights);
     scratch_.sparse.beginPass(grid);
     if (grid.kind == SampleKind::HorizontalEdge) completeQuadMisses();
     if (grid.kind == SampleKind::QuadCenter) quadWeights_ = weights;
@@ -388,15 +395,10 @@ class LevelDecoder {
   bool decodeDense(const Grid& grid, Segment& in) {
     PairWeights weights = usualWeights(grid.kind);
     SpreadShifts shifts{};
-    if (ownStates_.hasNumbers() &&
-        !(readWeights(grid.kind, in.numbers, weights) && readShifts(in.numbers, shifts)))
-      return false;
+    if (!(readWeights(grid.kind, in.numbers, weights) && readShifts(in.numbers, shifts))) return false;
     for (int y = 0; y < grid.rows; ++y) {
       predictRow(scratch_.planes, grid.kind, y, allEights(grid.cols), weights, scratch_.predicted);
-      if (!ownStates_.anyCoded) {
-        setAll(grid, y, SampleState::Void);
-        decodeSome(grid, y, shifts, in.numbers);
-      } else if (!decodeVoids(grid, y, in)) {
+      if (!decodeVoids(grid, y, in)) {
         decodeRange(grid, y, 0, grid.cols, shifts, in.numbers);
       } else if (const auto range = codedRange(grid, y)) {
         decodeRange(grid, y, range->first, range->second, shifts, in.numbers);
@@ -407,10 +409,6 @@ class LevelDecoder {
     return true;
   }
 
-  void setAll(const Grid& grid, int y, SampleState state) {
-    SampleState* states = samples_.states.data() + grid.indexOf(0, y);
-    for (int x = 0; x < grid.cols; ++x) states[2 * x * s_] = state;
-  }
   /// Sets a row's void samples; are there any?
   bool decodeVoids(const Grid& grid, int y, Segment& in) {
     if (!ownStates_.hasVoidAnswers()) return false;
@@ -558,7 +556,8 @@ OwnStates ownStatesOf(const std::vector<SampleState>& states, bool isRoot) {
 }
 
 SampleState usualState(const OwnStates& states) {
-  return states.isSparse() ? SampleState::Interpolated : SampleState::Coded;
+  if (states.isSparse()) return SampleState::Interpolated;
+  return states.anyCoded ? SampleState::Coded : SampleState::Void;
 }
 
 void encodeLevel(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,

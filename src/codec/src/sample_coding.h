@@ -29,7 +29,6 @@ struct OwnStates {
   bool hasVoidAnswers() const { return anyVoid && isMixed(); }
   bool hasAnswers() const { return isMixed(); }
   bool hasNumbers() const { return anyCoded && !isSparse(); }
-  SparseLevel::Rules sparseRules() const { return {closed, !anyCoded}; }
   bool operator==(const OwnStates&) const = default;
 };
 

@@ -2,14 +2,14 @@
 
 namespace terrane {
 
-void SparseLevel::begin(int s, const Rules& rules, const SampleState* states) {
-  rules_ = rules;
+void SparseLevel::begin(int s, bool closed, const SampleState* states) {
+  closed_ = closed;
   states_.begin(s, states);
 }
 
 void SparseLevel::beginPass(const Grid& grid) {
   kind_ = grid.kind;
-  residuals_[1].fill(0);
+  for (RowResiduals& residuals : residuals_) residuals.fill(0);
   // What edges are asked about follows from the quad-centres.
   if (kind_ == SampleKind::VerticalEdge) return;
   takeAsked(kind_, grid.rows);
@@ -19,11 +19,10 @@ void SparseLevel::beginPass(const Grid& grid) {
 void SparseLevel::takeAsked(SampleKind kind, int rows) {
   std::vector<RowBits>& asked = asked_[static_cast<size_t>(kind)];
   asked.assign(static_cast<size_t>(rows + 2), RowBits());
-  if (rules_.noneCoded) return;
   const RowBits& inside = states_.of(kind).inside();
   for (int y = 0; y < rows; ++y) {
     RowBits& row = asked[static_cast<size_t>(y + 1)];
-    row = rules_.closed ? inside & ~states_.withInterpolatedParent(kind, y) : inside;
+    row = closed_ ? inside & ~states_.withInterpolatedParent(kind, y) : inside;
   }
 }
 

@@ -12,13 +12,9 @@ namespace terrane {
 /// samples are asked about at all, which is what its cost follows.
 class SparseLevel {
  public:
-  struct Rules {
-    bool closed;     ///< no sample is Coded whose parent in this tile is Interpolated
-    bool noneCoded;  ///< nothing is asked
-  };
-
-  /// Takes what is known before: the corners.
-  void begin(int s, const Rules& rules, const SampleState* states);
+  /// Takes what is known before: the corners. `closed`: no sample is Coded whose parent in this tile is
+  /// Interpolated.
+  void begin(int s, bool closed, const SampleState* states);
   /// Begins a pass; those before it are done.
   void beginPass(const Grid& grid);
 
@@ -37,8 +33,8 @@ class SparseLevel {
     const RowBits asked = askedIn(kind_, y) & ~voids;
     RowResiduals& residuals = residuals_[static_cast<size_t>(y % 2)];
     const RowResiduals& north = residuals_[static_cast<size_t>(1 - y % 2)];
-    residuals.fill(0);
     bool isInRange = true;
+    if (y > 1 && askedIn(kind_, y - 2).any()) residuals.fill(0);
     if (asked.any()) {
       isInRange = codeSparseRow(coder, models,
                                 {kind_, y, asked, predicted, states_, planes, north, residuals}, coded);
@@ -53,7 +49,7 @@ class SparseLevel {
     return asked_[static_cast<size_t>(kind)][static_cast<size_t>(y + 1)];
   }
 
-  Rules rules_{};
+  bool closed_ = false;
   SampleKind kind_ = SampleKind::QuadCenter;
   LevelStates states_;
   std::array<std::vector<RowBits>, kSampleKinds> asked_;  ///< each with an empty row before and after
