@@ -50,15 +50,24 @@ int64_t StoredPyramid::finestTiles() const {
 }
 
 Status StoredPyramid::decodeAll() const {
-  return decodeBelow(tiles_.front(), nullptr);
+  std::vector<Tile> unused;
+  return decodeBelow(tiles_.front(), nullptr, unused);
 }
 
-Status StoredPyramid::decodeBelow(const StoredTile& stored, const TileSamples* parent) const {
+Status StoredPyramid::decodeBelow(const StoredTile& stored, const TileSamples* parent,
+                                  std::vector<Tile>& unused) const {
   const int quadrant = parent == nullptr ? 0 : stored.id.quadrant();
-  TERRANE_ASSIGN(const Tile tile, decodeTile(stored.payload, parent, quadrant, manifest_.scale));
-  for (const int child : stored.children) {
-    if (child >= 0) TERRANE_TRY(decodeBelow(tiles_[static_cast<size_t>(child)], &tile.samples));
+  Tile recycled;
+  if (!unused.empty()) {
+    recycled = std::move(unused.back());
+    unused.pop_back();
   }
+  TERRANE_ASSIGN(Tile tile,
+                 decodeTile(stored.payload, parent, quadrant, manifest_.scale, std::move(recycled)));
+  for (const int child : stored.children) {
+    if (child >= 0) TERRANE_TRY(decodeBelow(tiles_[static_cast<size_t>(child)], &tile.samples, unused));
+  }
+  unused.push_back(std::move(tile));
   return {};
 }
 

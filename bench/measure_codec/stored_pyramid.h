@@ -26,7 +26,8 @@ class StoredPyramid {
   uint64_t finestBytes() const;
   int64_t finestTiles() const;
 
-  /// Decodes every stored tile once, parents before children, in the calling thread.
+  /// Decodes every stored tile once, parents before children, in the calling thread. The memory of tiles
+  /// whose children are done is used again.
   Status decodeAll() const;
   /// Compares every sample of the source, also where the dataset stores no tile. The bound is the manifest's
   /// and holds for the floats as they are: a build keeps room for their rounding.
@@ -39,7 +40,7 @@ class StoredPyramid {
     std::array<int, 4> children = {-1, -1, -1, -1};  ///< indices, -1: not stored
   };
   explicit StoredPyramid(Manifest manifest) : manifest_(std::move(manifest)) {}
-  Status decodeBelow(const StoredTile& stored, const TileSamples* parent) const;
+  Status decodeBelow(const StoredTile& stored, const TileSamples* parent, std::vector<Tile>& unused) const;
   class Checker;
 
   Manifest manifest_;

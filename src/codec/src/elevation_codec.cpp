@@ -310,12 +310,12 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
 }
 
 Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* parent, int quadrant,
-                        const ElevationScale& scale) {
+                        const ElevationScale& scale, Tile recycled) {
   const bool isRoot = parent == nullptr;
   ByteReader in(payload);
   TERRANE_TRY(readVersion(in));
   TERRANE_TRY(checkPayload(payload));
-  Tile tile;
+  Tile tile = std::move(recycled);
   TERRANE_ASSIGN(const Head head, readHead(in, parent, quadrant, scale, tile));
 
   // All segments are whole before any of them is decoded.
