@@ -101,16 +101,23 @@ TERRANE_INLINE bool codeMixed(Coder& coder, const EvidenceTables& tables,
   }
   const int32_t mixed = boundedEvidence(dividedBy2ToThe<16>(sum));
   const uint16_t chance = tables.chance[static_cast<size_t>(mixed + kMostEvidence)];
-  yes = coder.codeOpen(chance, yes);
-  const int32_t miss = (yes ? 65535 : 0) - chance;
+  // note: one branch, and what follows from it on either side: what is learned, and what the caller does.
+  const auto learn = [&](bool answer) TERRANE_INLINE_LAMBDA {
+    const int32_t miss = (answer ? 65535 : 0) - chance;
 #pragma GCC unroll 4
-  for (size_t i = 0; i < Count; ++i) {
-    weights[i] = AnswerMixer<Count>::bounded(weights[i] + dividedBy2ToThe<15>(evidence[i] * miss));
-    asked[i].learn(yes, most);
-    *models[i] = asked[i];
+    for (size_t i = 0; i < Count; ++i) {
+      weights[i] = AnswerMixer<Count>::bounded(weights[i] + dividedBy2ToThe<15>(evidence[i] * miss));
+      asked[i].learn(answer, most);
+      *models[i] = asked[i];
+    }
+    mixer.weights = weights;
+  };
+  if (coder.codeOpen(chance, yes)) {
+    learn(true);
+    return true;
   }
-  mixer.weights = weights;
-  return yes;
+  learn(false);
+  return false;
 }
 
 /// Bits that are as likely 1 as 0, the highest first.
@@ -183,16 +190,19 @@ class BinaryReader {
     if (range_ < 1U << 24) normalise();
     return yes;
   }
-  /// The same for an answer that is hard to guess: no branch here, for whoever asks has one.
+  /// The same for an answer that is hard to guess.
   TERRANE_INLINE bool codeOpen(uint32_t chance, bool = false) {
     const uint32_t share = (range_ >> kChanceBits) * boundedChance(chance);
     const uint64_t wideShare = uint64_t{share} << 32;
-    const bool yes = code_ < wideShare;
-    const uint32_t isNo = yes ? 0 : ~0U;
-    range_ = share + (isNo & (range_ - 2 * share));
-    code_ -= wideShare & (uint64_t{isNo} << 32);
+    if (code_ < wideShare) {
+      range_ = share;
+      normalise();
+      return true;
+    }
+    range_ -= share;
+    code_ -= wideShare;
     normalise();
-    return yes;
+    return false;
   }
   bool finish() const { return taken_ - static_cast<size_t>(ahead_ / 8) >= size_; }
 
