@@ -12,8 +12,14 @@ constexpr int kMost = 200;
 /// From this size context on, the lowest bits of a residual are plain: one more each octave.
 constexpr int kFirstShiftedSize = 24;
 
+// note: signs are as good as random. What follows from one is arithmetic, for a branch would be guessed
+// wrong.
+TERRANE_INLINE uint32_t signOf(int32_t value) {
+  return static_cast<uint32_t>(value) >> 31;
+}
 TERRANE_INLINE uint32_t magnitude(int32_t value) {
-  return value < 0 ? 0U - static_cast<uint32_t>(value) : static_cast<uint32_t>(value);
+  const uint32_t sign = signOf(value);
+  return (static_cast<uint32_t>(value) ^ (0U - sign)) + sign;
 }
 TERRANE_INLINE size_t bendClass(uint32_t size) {
   static constexpr std::array<uint8_t, 25> kClasses = {0, 0, 1, 2, 3, 4, 4, 5, 5, 6, 6, 6, 7,
@@ -258,15 +264,15 @@ bool codeRow(Coder& coder, SparseModels& models, const SparseRow& row, RowBits& 
   row.asked.forEach([&](int x) TERRANE_INLINE_LAMBDA {
     const auto at = static_cast<size_t>(x);
     const int32_t bend = row.predicted.bend[at];
-    const bool westIsCoded = last == x - 1;
+    const int westIsCoded = last == x - 1 ? 1 : 0;
     Surroundings a;
     a.bend = bendClass(magnitude(bend));
-    a.signedBend = a.bend + (bend < 0 ? SparseModels::kBends : 0);
+    a.signedBend = a.bend + signOf(bend) * SparseModels::kBends;
     a.size = std::min<size_t>(row.predicted.context[at], SparseModels::kSizes - 1);
-    a.west = westIsCoded ? lastResidual : 0;
+    a.west = lastResidual & -westIsCoded;
     a.north = row.north[at];
     a.near = missClass(std::abs(a.west) + std::abs(a.north));
-    a.coded = around.coded(x, westIsCoded ? 1 : 0);
+    a.coded = around.coded(x, static_cast<size_t>(westIsCoded));
     a.count = around.count(a.coded);
     if (!asking.isOwn(a, around.misses(x, a.near), around.more(a.coded), !Coder::kReads && coded.at(x)))
       return;
