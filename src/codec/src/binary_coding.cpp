@@ -26,7 +26,8 @@ const EvidenceTables& evidenceTables() {
   static const EvidenceTables tables = [] {
     EvidenceTables made;
     for (int evidence = -kMostEvidence; evidence <= kMostEvidence; ++evidence)
-      made.chance[static_cast<size_t>(evidence + kMostEvidence)] = logistic(evidence);
+      made.chance[static_cast<size_t>(evidence + kMostEvidence)] = {
+          logistic(evidence), static_cast<uint16_t>(boundedChance(logistic(evidence)))};
     // The smallest evidence that says as much.
     int evidence = -kMostEvidence;
     for (size_t i = 0; i < made.evidence.size(); ++i) {

@@ -53,7 +53,11 @@ struct AnswerModel {
 inline constexpr int kMostEvidence = 2047;
 struct EvidenceTables {
   std::array<int16_t, 4096> evidence;                  ///< of chances, in 1/4096
-  std::array<uint16_t, 2 * kMostEvidence + 1> chance;  ///< of evidence + kMostEvidence
+  struct Chance {
+    uint16_t exact;
+    uint16_t bounded;  ///< boundedChance(exact)
+  };
+  std::array<Chance, 2 * kMostEvidence + 1> chance;  ///< of evidence + kMostEvidence
 };
 const EvidenceTables& evidenceTables();
 
@@ -100,10 +104,10 @@ TERRANE_INLINE bool codeMixed(Coder& coder, const EvidenceTables& tables,
     sum += weights[i] * evidence[i];
   }
   const int32_t mixed = boundedEvidence(dividedBy2ToThe<16>(sum));
-  const uint16_t chance = tables.chance[static_cast<size_t>(mixed + kMostEvidence)];
+  const EvidenceTables::Chance chance = tables.chance[static_cast<size_t>(mixed + kMostEvidence)];
   // note: one branch, and what follows from it on either side: what is learned, and what the caller does.
   const auto learn = [&](bool answer) TERRANE_INLINE_LAMBDA {
-    const int32_t miss = (answer ? 65535 : 0) - chance;
+    const int32_t miss = (answer ? 65535 : 0) - chance.exact;
 #pragma GCC unroll 4
     for (size_t i = 0; i < Count; ++i) {
       weights[i] = AnswerMixer<Count>::bounded(weights[i] + dividedBy2ToThe<15>(evidence[i] * miss));
@@ -112,7 +116,7 @@ TERRANE_INLINE bool codeMixed(Coder& coder, const EvidenceTables& tables,
     }
     mixer.weights = weights;
   };
-  if (coder.codeOpen(chance, yes)) {
+  if (coder.codeOpen(chance.bounded, yes)) {
     learn(true);
     return true;
   }
@@ -190,9 +194,9 @@ class BinaryReader {
     if (range_ < 1U << 24) normalise();
     return yes;
   }
-  /// The same for an answer that is hard to guess.
+  /// The same for an answer that is hard to guess, with a chance that is bounded.
   TERRANE_INLINE bool codeOpen(uint32_t chance, bool = false) {
-    const uint32_t share = (range_ >> kChanceBits) * boundedChance(chance);
+    const uint32_t share = (range_ >> kChanceBits) * chance;
     const uint64_t wideShare = uint64_t{share} << 32;
     if (code_ < wideShare) {
       range_ = share;

@@ -206,9 +206,9 @@ class Asking {
     const int32_t upper = value >> plainBits;
     int32_t out = 0;
     if (!isZero(a, upper == 0)) {
-      const bool negative = isNegative(a, upper < 0);
+      const int32_t negative = isNegative(a, upper < 0) ? 1 : 0;
       const auto size = static_cast<int32_t>(sizeOf(a, magnitude(upper)));
-      out = negative ? -size : size;
+      out = (size ^ -negative) + negative;
     }
     if (plainBits == 0) return out;
     return static_cast<int32_t>(static_cast<uint32_t>(out) << plainBits |
