@@ -52,7 +52,7 @@ struct AnswerModel {
 /// Chances on the scale that evidence adds up on, 256 ln(p / (1 - p)), and back.
 inline constexpr int kMostEvidence = 2047;
 struct EvidenceTables {
-  std::array<int16_t, 4096> evidence;                  ///< of chances, in 1/4096
+  std::array<int16_t, 4096> evidence;  ///< of chances, in 1/4096
   struct Chance {
     uint16_t exact;
     uint16_t bounded;  ///< boundedChance(exact)
@@ -62,7 +62,10 @@ struct EvidenceTables {
 const EvidenceTables& evidenceTables();
 
 TERRANE_INLINE int32_t boundedEvidence(int32_t evidence) {
-  return std::clamp(evidence, -kMostEvidence, kMostEvidence);
+  // note: it hardly ever is beyond, which is guessed sooner than compared.
+  if (static_cast<uint32_t>(evidence + kMostEvidence) > 2 * kMostEvidence) [[unlikely]]
+    return evidence < 0 ? -kMostEvidence : kMostEvidence;
+  return evidence;
 }
 
 /// Divides by a power of two, towards zero.
