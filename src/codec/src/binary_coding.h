@@ -89,43 +89,58 @@ struct AnswerMixer {
   std::array<int32_t, Count> weights;
 };
 
-/// Asks several models about one answer.
-template <class Coder, size_t Count>
-TERRANE_INLINE bool codeMixed(Coder& coder, const EvidenceTables& tables,
-                              const std::array<AnswerModel*, Count>& models, AnswerMixer<Count>& mixer,
-                              int most, bool yes = false) {
-  static_assert(Count * AnswerMixer<Count>::kMostWeight * kMostEvidence < (1LL << 31), "sums fit");
-  // note: copies, for the compiler does not know that the models are different ones.
-  std::array<AnswerModel, Count> asked;
-  std::array<int32_t, Count> weights = mixer.weights;
-  std::array<int32_t, Count> evidence;
-  int32_t sum = 0;
-#pragma GCC unroll 4
-  for (size_t i = 0; i < Count; ++i) {
-    asked[i] = *models[i];
-    evidence[i] = tables.evidence[asked[i].chance >> 4];
-    sum += weights[i] * evidence[i];
-  }
-  const int32_t mixed = boundedEvidence(dividedBy2ToThe<16>(sum));
-  const EvidenceTables::Chance chance = tables.chance[static_cast<size_t>(mixed + kMostEvidence)];
-  // note: one branch, and what follows from it on either side: what is learned, and what the caller does.
-  const auto learn = [&](bool answer) TERRANE_INLINE_LAMBDA {
-    const int32_t miss = (answer ? 65535 : 0) - chance.exact;
+/// Several models are asked about one answer. Asking and hearing the answer are two steps: while an answer is
+/// still to be known, and perhaps guessed wrong, the next one can be asked for, if it is of other models and
+/// of another mixer.
+template <size_t Count>
+class MixedQuestion {
+ public:
+  TERRANE_INLINE MixedQuestion(const EvidenceTables& tables, const std::array<AnswerModel*, Count>& models,
+                               AnswerMixer<Count>& mixer)
+      : models_(models), mixer_(&mixer) {
+    static_assert(Count * AnswerMixer<Count>::kMostWeight * kMostEvidence < (1LL << 31), "sums fit");
+    int32_t sum = 0;
 #pragma GCC unroll 4
     for (size_t i = 0; i < Count; ++i) {
-      weights[i] = AnswerMixer<Count>::bounded(weights[i] + dividedBy2ToThe<15>(evidence[i] * miss));
-      asked[i].learn(answer, most);
-      *models[i] = asked[i];
+      evidence_[i] = tables.evidence[models[i]->chance >> 4];
+      sum += mixer.weights[i] * evidence_[i];
     }
-    mixer.weights = weights;
-  };
-  if (coder.codeOpen(chance.bounded, yes)) {
-    learn(true);
-    return true;
+    const int32_t mixed = boundedEvidence(dividedBy2ToThe<16>(sum));
+    chance_ = tables.chance[static_cast<size_t>(mixed + kMostEvidence)];
   }
-  learn(false);
-  return false;
-}
+
+  /// Codes the answer and learns from it.
+  template <class Coder>
+  TERRANE_INLINE bool code(Coder& coder, int most, bool yes = false) {
+    // note: one branch, and what follows from it on either side: what is learned, and what the caller does.
+    if (coder.codeOpen(chance_.bounded, yes)) {
+      learn(true, most);
+      return true;
+    }
+    learn(false, most);
+    return false;
+  }
+
+ private:
+  TERRANE_INLINE void learn(bool answer, int most) {
+    const int32_t miss = (answer ? 65535 : 0) - chance_.exact;
+    // note: copies, for the compiler does not know that the models are different ones.
+    std::array<int32_t, Count> weights = mixer_->weights;
+#pragma GCC unroll 4
+    for (size_t i = 0; i < Count; ++i) {
+      weights[i] = AnswerMixer<Count>::bounded(weights[i] + dividedBy2ToThe<15>(evidence_[i] * miss));
+      AnswerModel model = *models_[i];
+      model.learn(answer, most);
+      *models_[i] = model;
+    }
+    mixer_->weights = weights;
+  }
+
+  std::array<AnswerModel*, Count> models_;
+  AnswerMixer<Count>* mixer_;
+  std::array<int32_t, Count> evidence_;
+  EvidenceTables::Chance chance_;
+};
 
 /// Bits that are as likely 1 as 0, the highest first.
 template <class Coder>

@@ -182,81 +182,85 @@ struct Surroundings {
   size_t count;  ///< how many, about
 };
 
-/// Asks a tile's models.
-template <class Coder>
-class Asking {
+/// What is asked about a sample, of a tile's models.
+class Questions {
  public:
   using Models = SparseModels;
 
-  Asking(Coder& coder, SparseModels& models, SampleKind kind)
-      : coder_(coder),
-        all_(models),
-        models_(models.kinds[static_cast<size_t>(kind)]),
-        tables_(evidenceTables()) {}
+  Questions(SparseModels& models, SampleKind kind)
+      : all_(models), models_(models.kinds[static_cast<size_t>(kind)]), tables_(evidenceTables()) {}
 
-  TERRANE_INLINE bool isOwn(const Surroundings& a, size_t misses, size_t more, bool yes) {
-    return codeMixed<Coder, 3>(coder_, tables_,
-                               {&models_.ownByBend[a.bend * Models::kSizes + a.size],
-                                &models_.ownByCoded[a.coded * 4 + std::min<size_t>(a.bend / 2, 3)],
-                                &models_.ownByMisses[misses * 6 + more]},
-                               models_.ownMixers[a.count], kMost, yes);
+  TERRANE_INLINE MixedQuestion<3> isOwn(const Surroundings& a, size_t misses, size_t more) const {
+    return {tables_,
+            {&models_.ownByBend[a.bend * Models::kSizes + a.size],
+             &models_.ownByCoded[a.coded * 4 + std::min<size_t>(a.bend / 2, 3)],
+             &models_.ownByMisses[misses * 6 + more]},
+            models_.ownMixers[a.count]};
   }
-
-  TERRANE_INLINE int32_t residual(const Surroundings& a, int plainBits, int32_t value) {
-    const int32_t upper = value >> plainBits;
-    int32_t out = 0;
-    if (!isZero(a, upper == 0)) {
-      const int32_t negative = isNegative(a, upper < 0) ? 1 : 0;
-      const auto size = static_cast<int32_t>(sizeOf(a, magnitude(upper)));
-      out = (size ^ -negative) + negative;
-    }
-    if (plainBits == 0) return out;
-    return static_cast<int32_t>(static_cast<uint32_t>(out) << plainBits |
-                                codePlain(coder_, static_cast<uint32_t>(value), plainBits));
-  }
-
- private:
-  TERRANE_INLINE bool isZero(const Surroundings& a, bool yes) {
+  TERRANE_INLINE MixedQuestion<3> isZero(const Surroundings& a) const {
     const int residuals = 5 * std::min(std::abs(a.west), 4) + std::min(std::abs(a.north), 4);
-    return codeMixed<Coder, 3>(
-        coder_, tables_,
+    return {
+        tables_,
         {&models_.zeroBySize[a.size], &models_.zeroByBend[a.signedBend * 5 + std::min<size_t>(a.count, 4)],
          &models_.zeroByResiduals[static_cast<size_t>(residuals) * 4 + std::min<size_t>(a.size / 4, 3)]},
-        models_.zeroMixer, kMost, yes);
+        models_.zeroMixer};
   }
-  TERRANE_INLINE bool isNegative(const Surroundings& a, bool yes) {
+  TERRANE_INLINE MixedQuestion<2> isNegative(const Surroundings& a) const {
     const auto sign = [](int value) {
       return static_cast<size_t>((value > 0 ? 2 : 1) - (value < 0 ? 1 : 0));
     };
-    return codeMixed<Coder, 2>(
-        coder_, tables_,
-        {&models_.signByBend[a.signedBend], &models_.signByResiduals[3 * sign(a.west) + sign(a.north)]},
-        models_.signMixer, kMost, yes);
+    return {tables_,
+            {&models_.signByBend[a.signedBend], &models_.signByResiduals[3 * sign(a.west) + sign(a.north)]},
+            models_.signMixer};
   }
-  TERRANE_INLINE uint32_t sizeOf(const Surroundings& a, uint32_t size) {
-    AnswerModel* bySize = &all_.largerBySize[a.size * Models::kSteps];
-    AnswerModel* byResiduals = &all_.largerByResiduals[a.near * Models::kSteps];
-    for (uint32_t i = 1; i < Models::kSteps; ++i) {
-      const bool isLarger =
-          codeMixed<Coder, 2>(coder_, tables_, {bySize + i, byResiduals + i},
-                              all_.largerMixers[std::min<uint32_t>(i, 4) - 1], kMost, size > i);
-      if (!isLarger) return i;
-    }
-    return Models::kSteps + codeLarge(coder_, size - static_cast<uint32_t>(Models::kSteps));
+  TERRANE_INLINE MixedQuestion<2> isLarger(const Surroundings& a, size_t than) const {
+    return {tables_,
+            {&all_.largerBySize[a.size * Models::kSteps + than],
+             &all_.largerByResiduals[a.near * Models::kSteps + than]},
+            all_.largerMixers[std::min<size_t>(than, 4) - 1]};
   }
 
-  Coder& coder_;
+ private:
   SparseModels& all_;
   SparseModels::OfKind& models_;
   const EvidenceTables& tables_;
 };
+
+/// How large a residual is that is not zero; `isLarger`: than 1.
+template <class Coder>
+TERRANE_INLINE uint32_t codeSize(Coder& coder, const Questions& questions, const Surroundings& a,
+                                 MixedQuestion<2> isLarger, uint32_t size) {
+  // Up to four each step has a mixer of its own, so that the next one is asked ahead.
+  for (uint32_t i = 1; i < 4; ++i) {
+    MixedQuestion<2> next = questions.isLarger(a, i + 1);
+    if (!isLarger.code(coder, kMost, size > i)) return i;
+    isLarger = next;
+  }
+  if (!isLarger.code(coder, kMost, size > 4)) return 4;
+  for (uint32_t i = 5; i < SparseModels::kSteps; ++i) {
+    if (!questions.isLarger(a, i).code(coder, kMost, size > i)) return i;
+  }
+  return SparseModels::kSteps + codeLarge(coder, size - static_cast<uint32_t>(SparseModels::kSteps));
+}
+
+/// The upper part of a residual.
+template <class Coder>
+TERRANE_INLINE int32_t codeResidual(Coder& coder, const Questions& questions, const Surroundings& a,
+                                    MixedQuestion<3> isZero, int32_t value) {
+  MixedQuestion<2> isNegative = questions.isNegative(a);
+  if (isZero.code(coder, kMost, value == 0)) return 0;
+  const MixedQuestion<2> isLarger = questions.isLarger(a, 1);
+  const int32_t negative = isNegative.code(coder, kMost, value < 0) ? 1 : 0;
+  const auto size = static_cast<int32_t>(codeSize(coder, questions, a, isLarger, magnitude(value)));
+  return (size ^ -negative) + negative;
+}
 
 template <SampleKind kKind, class Coder>
 bool codeRow(Coder& coder, SparseModels& models, const SparseRow& row, RowBits& coded) {
   const Around<kKind> around(row);
   // note: a coder of our own, of which nobody else knows, stays in registers.
   Coder own = std::move(coder);
-  Asking<Coder> asking(own, models, kKind);
+  const Questions questions(models, kKind);
   int32_t* values = row.planes.of(kKind).row(row.y);
   uint32_t outOfRange = 0;
   int last = -1;  // the first sample to the west counts as Coded
@@ -274,14 +278,17 @@ bool codeRow(Coder& coder, SparseModels& models, const SparseRow& row, RowBits& 
     a.near = missClass(std::abs(a.west) + std::abs(a.north));
     a.coded = around.coded(x, static_cast<size_t>(westIsCoded));
     a.count = around.count(a.coded);
-    if (!asking.isOwn(a, around.misses(x, a.near), around.more(a.coded), !Coder::kReads && coded.at(x)))
-      return;
+    MixedQuestion<3> isOwn = questions.isOwn(a, around.misses(x, a.near), around.more(a.coded));
+    const MixedQuestion<3> isZero = questions.isZero(a);
+    if (!isOwn.code(own, kMost, !Coder::kReads && coded.at(x))) return;
 
     const auto expected = static_cast<uint32_t>(row.predicted.values[at]);
     const int plainBits = std::max(0, (row.predicted.context[at] - kFirstShiftedSize) / 4);
     const int32_t known =
         Coder::kReads ? 0 : static_cast<int32_t>(static_cast<uint32_t>(values[x]) - expected);
-    const int32_t residual = asking.residual(a, plainBits, known);
+    const int32_t upper = codeResidual(own, questions, a, isZero, known >> plainBits);
+    const auto residual = static_cast<int32_t>(static_cast<uint32_t>(upper) << plainBits |
+                                               codePlain(own, static_cast<uint32_t>(known), plainBits));
     if constexpr (Coder::kReads) {
       coded.set(x);
       values[x] = static_cast<int32_t>(expected + static_cast<uint32_t>(residual));

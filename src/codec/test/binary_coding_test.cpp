@@ -143,7 +143,7 @@ TEST(BinaryCoding, ModelsLearnAndMixersFollowTheBetterOne) {
   for (int i = 0; i < kCount; ++i) {
     const size_t context = random() % 2;
     const bool yes = (random() % 16 == 0) != (context == 1);
-    codeMixed<BinaryWriter, 2>(writer, evidenceTables(), {&knowing[context], &blind}, mixer, 250, yes);
+    MixedQuestion<2>(evidenceTables(), {&knowing[context], &blind}, mixer).code(writer, 250, yes);
   }
   std::vector<uint8_t> bytes;
   writer.finish(bytes);
