@@ -120,10 +120,13 @@ void copyParentSamples(const TileSamples& parent, int quadrant, SampleState othe
 
   const int firstX = (quadrant & 1) * (kTileCells / 2);
   const int firstY = (quadrant >> 1) * (kTileCells / 2);
+  std::array<SampleState, kHalf + 1> usual;
+  usual.fill(others);
   for (int y = 0; y <= kTileCells / 2; ++y) {
     const auto from = static_cast<size_t>((firstY + y) * kTileSamples + firstX);
     const auto to = static_cast<size_t>(2 * y * kTileSamples);
     spreadHeights(parent.heights.data() + from, child.heights.data() + to);
+    if (std::memcmp(parent.states.data() + from, usual.data(), usual.size()) == 0) continue;
     spreadStates(parent.states.data() + from, others, child.states.data() + to);
   }
 }

@@ -34,7 +34,9 @@ void takeCorners(const TileSamples& samples, int s, const ElevationScale& scale,
   planes.corners.extend();
 }
 
+/// Makes the rims that the passes after this one look at.
 void finishPlane(LevelPlanes& planes, SampleKind kind) {
+  if (kind == SampleKind::VerticalEdge) return;
   planes.of(kind).extend();
   if (kind == SampleKind::QuadCenter) planes.quadMisses.repeat();
   if (kind == SampleKind::HorizontalEdge) planes.horizontalMisses.repeat();
@@ -355,7 +357,8 @@ class LevelDecoder {
     for (int y = 0; y < grid.rows; ++y) {
       const uint32_t eights = scratch_.sparse.eights(y);
       int32_t* values = scratch_.planes.of(grid.kind).row(y);
-      setMeans(scratch_.planes, grid.kind, y, grid.cols, values);
+      // note: nobody looks at vertical edges.
+      if (grid.kind != SampleKind::VerticalEdge) setMeans(scratch_.planes, grid.kind, y, grid.cols, values);
       if (eights != 0) predictRow(scratch_.planes, grid.kind, y, eights, weights, scratch_.predicted);
       RowBits voids;
       if (ownStates_.hasVoidAnswers())
