@@ -296,7 +296,7 @@ bool codeRow(Coder& coder, SparseModels& models, const SparseRow& row, RowBits& 
     }
     last = x;
     lastResidual = std::clamp(residual, -100, 100);
-    row.residuals[at] = static_cast<int8_t>(lastResidual);
+    row.residuals[at] = static_cast<int16_t>(lastResidual);
   });
   coder = std::move(own);
   return outOfRange == 0;

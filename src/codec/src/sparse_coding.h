@@ -42,7 +42,7 @@ struct SparseModels {
 };
 
 /// The residuals of a row, bounded; 0 where not Coded.
-using RowResiduals = std::array<int8_t, RowPrediction::kRoom>;
+using RowResiduals = std::array<int16_t, RowPrediction::kRoom>;
 
 /// A row of samples, before and after.
 struct SparseRow {
