@@ -13,7 +13,7 @@
 /// view: pictures at moments of every flight, held against the full-resolution surface, and pictures at
 /// random moments of loading.
 ///
-/// usage: measure_error FLIGHTS-FOLDER RESULT.json DATASET...
+/// usage: measure_error [--surface patches|meshes] FLIGHTS-FOLDER RESULT.json DATASET...
 
 namespace terrane {
 namespace {
@@ -86,7 +86,7 @@ Result<FlightReport> measureSetting(Terrain& terrain, const Truth& truth,
 }
 
 Status measureDataset(const std::string& directory, const std::vector<std::string>& paths,
-                      BenchResult& result) {
+                      const std::string& only, BenchResult& result) {
   TERRANE_ASSIGN(const std::unique_ptr<Terrain> terrain, Terrain::open(directory));
   TERRANE_ASSIGN(ReferenceSurface surface, loadReference(terrain->dataset()));
   const Truth truth(std::move(surface), terrain->dataset().manifest().frame);
@@ -98,6 +98,7 @@ Status measureDataset(const std::string& directory, const std::vector<std::strin
 
   const std::string name = std::filesystem::path(directory).stem().string();
   for (const auto& [drawn, kind, k] : kSurfaces) {
+    if (std::string_view(drawn).substr(0, only.size()) != only) continue;
     const bool isMeshes = kind == SurfaceKind::Meshes;
     for (const double tau : isMeshes ? std::vector{2.0 / 3.0, 1.0} : std::vector{1.0, 2.0}) {
       for (const double fovy : {45.0, 90.0}) {
@@ -137,13 +138,20 @@ Status measureDataset(const std::string& directory, const std::vector<std::strin
   return {};
 }
 
-Status run(const std::vector<std::string>& arguments) {
-  if (arguments.size() < 3) return makeError("usage: measure_error FLIGHTS-FOLDER RESULT.json DATASET...");
+Status run(std::vector<std::string> arguments) {
+  std::string only;
+  if (arguments.size() > 2 && arguments[0] == "--surface") {
+    only = arguments[1];
+    arguments.erase(arguments.begin(), arguments.begin() + 2);
+  }
+  if (arguments.size() < 3 || (!only.empty() && only != "patches" && only != "meshes"))
+    return makeError("usage: measure_error [--surface patches|meshes] FLIGHTS-FOLDER RESULT.json DATASET...");
   TERRANE_ASSIGN(const std::vector<std::string> flights, flightsIn(arguments[0]));
 
   BenchResult result;
   result.bench = "error";
-  for (size_t i = 2; i < arguments.size(); ++i) TERRANE_TRY(measureDataset(arguments[i], flights, result));
+  for (size_t i = 2; i < arguments.size(); ++i)
+    TERRANE_TRY(measureDataset(arguments[i], flights, only, result));
 
   const auto largest = [&](const char* member) {
     double value = 0.0;
