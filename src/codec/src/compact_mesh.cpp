@@ -21,26 +21,29 @@ size_t halvesToWords(uint64_t halves) {
   return static_cast<size_t>((halves + 1) / 2);
 }
 
+/// A patch's corners, in the order in which triangles turn, from x towards y.
+struct TurningCorners {
+  MeshPoint at[3];
+};
+TurningCorners turningCorners(int level, int index, bool centerFalls) {
+  const PatchCorners corners = patchCorners(level, index, centerFalls);
+  const auto pointOf = [](std::array<int, 2> p) { return MeshPoint{p[0], p[1]}; };
+  TurningCorners out{{pointOf(corners.ends[0]), pointOf(corners.ends[1]), pointOf(corners.apex)}};
+  if (doubleArea(out.at[0], out.at[1], out.at[2]) < 0) std::swap(out.at[0], out.at[1]);
+  return out;
+}
+
 /// A patch's samples and their numbers.
 class PatchSamples {
  public:
   PatchSamples(int level, int index, bool centerFalls) {
-    const PatchCorners corners = patchCorners(level, index, centerFalls);
-    const auto pointOf = [](std::array<int, 2> p) { return MeshPoint{p[0], p[1]}; };
-    corners_[0] = pointOf(corners.ends[0]);
-    corners_[1] = pointOf(corners.ends[1]);
-    corners_[2] = pointOf(corners.apex);
-    if (doubleArea(corners_[0], corners_[1], corners_[2]) < 0) std::swap(corners_[0], corners_[1]);
+    const TurningCorners turning = turningCorners(level, index, centerFalls);
+    std::copy(turning.at, turning.at + 3, corners_);
     top_ = std::min({corners_[0].y, corners_[1].y, corners_[2].y});
     bottom_ = std::max({corners_[0].y, corners_[1].y, corners_[2].y});
     left_ = std::min({corners_[0].x, corners_[1].x, corners_[2].x});
     right_ = std::max({corners_[0].x, corners_[1].x, corners_[2].x});
-    for (int y = top_; y <= bottom_; ++y) {
-      const RowSpan row = rowOf(corners_, y);
-      rows_[static_cast<size_t>(y - top_)] = {count_, row.first};
-      count_ += static_cast<uint32_t>(row.last - row.first + 1);
-    }
-    rows_[static_cast<size_t>(bottom_ + 1 - top_)] = {count_, 0};
+    listRows();
   }
 
   const MeshPoint (&corners() const)[3] { return corners_; }
@@ -90,7 +93,37 @@ class PatchSamples {
     uint32_t firstNumber;
     int firstX;
   };
-  MeshPoint corners_[3];  ///< from x towards y
+  /// note: sides run along rows, columns or diagonals, so that from row to row they move by -1, 0 or 1.
+  void listRows() {
+    // Two of the sides bound rows, or three; those that go up on the left, those that go down on the right.
+    struct Bound {
+      int x, step;
+    };
+    Bound lefts[2], rights[2];
+    int leftCount = 0, rightCount = 0;
+    for (int i = 0; i < 3; ++i) {
+      const MeshPoint p = corners_[i], q = corners_[(i + 1) % 3];
+      if (p.y == q.y) continue;
+      const int step = (q.x - p.x) / (q.y - p.y);
+      const Bound bound{p.x + (top_ - p.y) * step, step};
+      if (q.y < p.y) {
+        lefts[leftCount++] = bound;
+      } else {
+        rights[rightCount++] = bound;
+      }
+    }
+    if (leftCount == 1) lefts[1] = lefts[0];
+    if (rightCount == 1) rights[1] = rights[0];
+    for (int row = 0; row <= bottom_ - top_; ++row) {
+      const int first = std::max(lefts[0].x + row * lefts[0].step, lefts[1].x + row * lefts[1].step);
+      const int last = std::min(rights[0].x + row * rights[0].step, rights[1].x + row * rights[1].step);
+      rows_[static_cast<size_t>(row)] = {count_, first};
+      count_ += static_cast<uint32_t>(last - first + 1);
+    }
+    rows_[static_cast<size_t>(bottom_ + 1 - top_)] = {count_, 0};
+  }
+
+  MeshPoint corners_[3];  ///< as triangles turn
   int top_ = 0, bottom_ = 0, left_ = 0, right_ = 0;
   uint32_t count_ = 0;
   std::array<Row, kTileSamples + 1> rows_;  ///< of the patch, and one more
@@ -136,7 +169,7 @@ class PatchExpander {
   /// Appends to the vectors; with an error these hold anything.
   Status run() {
     TERRANE_TRY(readHead());
-    const Status read = expand();
+    Status read = expand();
     forget();
     return read;
   }
@@ -167,12 +200,14 @@ class PatchExpander {
   Status expand() {
     TERRANE_TRY(readVertices());
     TERRANE_TRY(readExtras());
-    indices_.resize(firstIndex_ + size_t{3} * triangleCount());
+    // With room to write past the end by what one vertex may have too many.
+    indices_.resize(firstIndex_ + size_t{3} * triangleCount() + kTooMany);
     next_ = indices_.data() + firstIndex_;
     endOfBisected_ = next_ + size_t{3} * bisectedCount_;
     TERRANE_TRY(bisect());
     if (next_ != endOfBisected_) return makeError("there are not {} triangles of bisection", bisectedCount_);
     TERRANE_TRY(readReplacing());
+    indices_.resize(indices_.size() - kTooMany);
     if (area_ != samples_.area()) return makeError("the triangles do not cover it");
     return {};
   }
@@ -281,18 +316,20 @@ class PatchExpander {
       if (ring[i] == kNone && samples_.holds({p.x + kX[i] * s, p.y + kY[i] * s})) return false;
     }
     ring[4] = ring[0];
+    // Which are leaves nobody can foretell: each is written, and stays or is written over.
     const bool areLast = !IsQuad && s == 1;
+    const uint16_t* const before = next_;
     for (int i = 0; i < 4; ++i) {
-      if (std::max(ring[i], ring[i + 1]) >= kExtra) continue;
-      if (!areLast && lookUp((kX[i] + kX[i + 1]) * s / 2, (kY[i] + kY[i + 1]) * s / 2) != kNone) continue;
-      if (next_ == endOfBisected_) return false;
+      const bool isFree =
+          areLast || lookUp((kX[i] + kX[i + 1]) * s / 2, (kY[i] + kY[i + 1]) * s / 2) == kNone;
+      const bool isLeaf = (std::max(ring[i], ring[i + 1]) < kExtra) & isFree;
       next_[0] = ring[i];
       next_[1] = ring[i + 1];
       next_[2] = number;
-      next_ += 3;
-      area_ += IsQuad ? 2 * s * s : s * s;
+      next_ += isLeaf ? 3 : 0;
     }
-    return true;
+    area_ += (next_ - before) / 3 * (IsQuad ? 2 * s * s : s * s);
+    return next_ <= endOfBisected_;
   }
 
   Status readReplacing() {
@@ -321,6 +358,7 @@ class PatchExpander {
   }
 
   static constexpr uint32_t kExponent = 0x7f800000;
+  static constexpr size_t kTooMany = 15;
 
   std::span<const uint32_t> record_;
   int level_;
@@ -373,8 +411,8 @@ Result<std::vector<std::span<const uint32_t>>> recordsOf(std::span<const uint32_
 CompactLevel compactOf(const MeshLevel& meshes) {
   CompactLevel out;
   std::vector<uint32_t>& words = out.words;
-  words.push_back(static_cast<uint32_t>(meshes.level) | (meshes.centerFalls ? 16U : 0U));
   words.resize(1 + meshes.patches.size());
+  words[0] = static_cast<uint32_t>(meshes.level) | (meshes.centerFalls ? 16U : 0U);
   for (size_t i = 0; i < meshes.patches.size(); ++i) {
     const MeshLevel::Patch& patch = meshes.patches[i];
     const auto vertices = std::span(meshes.vertices).subspan(patch.firstVertex, patch.vertexCount);
@@ -412,6 +450,15 @@ Result<ExpandedMeshes> expandMeshes(const CompactLevel& compact) {
   TERRANE_ASSIGN(const std::vector<std::span<const uint32_t>> records, recordsOf(compact.words));
   ExpandedMeshes out;
   out.patches.reserve(records.size());
+  size_t vertices = 0, triangles = 0;
+  for (const auto& record : records) {
+    if (record.size() < kHeadWords) continue;
+    // No more than a record of its size may say.
+    vertices += std::min<size_t>(record[0] & 0xffffU, record.size());
+    triangles += std::min<size_t>(record[1], 4 * record.size()) + std::min<size_t>(record[2], record.size());
+  }
+  out.vertices.reserve(vertices);
+  out.indices.reserve(3 * triangles + 16);
   for (size_t i = 0; i < records.size(); ++i) {
     const PatchSamples samples(compact.level(), static_cast<int>(i), compact.centerFalls());
     MeshLevel::Patch patch;
@@ -453,8 +500,8 @@ CompactPatch compactPatch(const CompactLevel& compact, int index) {
   out.wordCount = (index + 1 < count ? words[2 + at] : words.size()) - out.firstWord;
   out.vertexCount = words[out.firstWord] & 0xffffU;
   out.triangleCount = words[out.firstWord + 1] + words[out.firstWord + 2];
-  const PatchSamples samples(compact.level(), index, compact.centerFalls());
-  for (size_t i = 0; i < 3; ++i) out.corners[i] = {samples.corners()[i].x, samples.corners()[i].y};
+  const TurningCorners corners = turningCorners(compact.level(), index, compact.centerFalls());
+  for (size_t i = 0; i < 3; ++i) out.corners[i] = {corners.at[i].x, corners.at[i].y};
   return out;
 }
 

@@ -2,8 +2,8 @@
 // it reads was validated before: nothing is checked here. All places to write to come from prefix sums, so that the
 // result is the same, bit for bit, in whatever order invocations run, and the CPU's.
 
-const uint kGroupSize = 128u;
-layout(local_size_x = 128) in;
+const uint kGroupSize = 64u;
+layout(local_size_x = 64) in;
 
 struct Job {
   uint firstWord;    // of the patch's record

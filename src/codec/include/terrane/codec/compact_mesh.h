@@ -38,7 +38,7 @@ struct CompactLevel {
   size_t sizeBytes() const { return words.size() * sizeof(uint32_t); }
 };
 
-/// The same of a mesh level that makeMeshLevel() made. Cost: about 2 ns a triangle.
+/// The same of a mesh level that makeMeshLevel() made. Cost: about 3 ns a triangle.
 CompactLevel compactOf(const MeshLevel& meshes);
 
 /// The meshes of a level: what MeshLevel has of the same names. What else its patches hold is 0.
@@ -48,8 +48,8 @@ struct ExpandedMeshes {
   std::vector<uint16_t> indices;
 };
 
-/// Rebuilds all vertices and triangles. Error: words that no mesh level has. Cost: see
-/// docs/performance.md; hostile words cost no more than honest ones.
+/// Rebuilds all vertices and triangles. Error: words that no mesh level has. Cost: about
+/// 12 ns a triangle, and no more for hostile words.
 Result<ExpandedMeshes> expandMeshes(const CompactLevel& compact);
 
 /// Is it one that the GPU may be given? Sizes and counts are what they say, vertices closed under "parent
