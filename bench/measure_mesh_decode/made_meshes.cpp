@@ -10,12 +10,17 @@ namespace terrane {
 
 namespace {
 
-/// The way down to a tile: those that follow each other lie in a square, not in a strip.
-uint64_t quadrantsOf(TileId id) {
-  uint64_t out = 0;
-  for (int shift = 0; !id.isRoot(); id = id.parent(), shift += 2)
-    out |= static_cast<uint64_t>(id.quadrant()) << shift;
-  return out;
+/// Each tile before those below it, these before its neighbours: of however many one takes, there are some of
+/// the finest, and they lie in a square.
+bool comesBefore(TileId a, TileId b) {
+  const auto wayDown = [](TileId id) {
+    uint64_t out = 0;
+    for (int shift = 2 * (kMaxLevel - id.level); !id.isRoot(); id = id.parent(), shift += 2)
+      out |= static_cast<uint64_t>(id.quadrant()) << shift;
+    return out;
+  };
+  const uint64_t downToA = wayDown(a), downToB = wayDown(b);
+  return downToA != downToB ? downToA < downToB : a.level < b.level;
 }
 
 }  // namespace
@@ -27,9 +32,7 @@ Result<MadeMeshes> makeMeshes(const std::string& directory, int64_t mostTriangle
   out.manifest = dataset.manifest();
   const MeshScale meshScale = MeshScale::of(out.manifest.frame);
   std::vector<TileId> ids = dataset.elevationTiles();
-  std::sort(ids.begin(), ids.end(), [](TileId a, TileId b) {
-    return a.level != b.level ? a.level < b.level : quadrantsOf(a) < quadrantsOf(b);
-  });
+  std::sort(ids.begin(), ids.end(), comesBefore);
 
   // Parents first: a child's first level goes on from their last.
   std::unordered_map<TileId, MeshLevel, TileIdHash> lastOwn;
