@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "terrane/tiling/tile_id.h"
 
 /// The diamond lattice (tiling/lattice.h) inside one tile, as meshes walk it: by level, with coordinates.
@@ -64,6 +66,41 @@ inline void visitMeshLevel(int level, Visit&& visit) {
   }
   for (int y = 0; y <= kTileCells; y += s)
     for (int x = (y / s) % 2 == 0 ? s : 0; x <= kTileCells; x += 2 * s) visit(MeshPoint{x, y});
+}
+
+/// The level of the diamond at a sample; -1 at a tile's corners.
+inline int vertexLevel(MeshPoint p) {
+  const auto bits = static_cast<unsigned>(p.x) | static_cast<unsigned>(p.y);
+  const int s = static_cast<int>(bits & (~bits + 1U));
+  if (s == 0 || s >= kTileCells) return -1;
+  int level = 0;
+  while (meshHalfSize(level) > s) level += 2;
+  return (p.x / s) % 2 != 0 && (p.y / s) % 2 != 0 ? level : level + 1;
+}
+
+/// Twice the signed area; positive where a, b, c turn from x towards y.
+constexpr int doubleArea(MeshPoint a, MeshPoint b, MeshPoint c) {
+  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+/// The samples of a row that lie in a triangle whose corners turn from x towards y.
+struct RowSpan {
+  int first = 0;
+  int last = -1;
+};
+inline RowSpan rowOf(const MeshPoint (&corners)[3], int y) {
+  const auto floorDivide = [](int a, int b) { return a % b != 0 && a < 0 ? a / b - 1 : a / b; };
+  RowSpan out{0, kTileCells};
+  for (int i = 0; i < 3; ++i) {
+    // On the inner side of the edge p-q: (q - p) x (point - p) >= 0, linear in the point's x.
+    const MeshPoint p = corners[i], q = corners[(i + 1) % 3];
+    const int slope = p.y - q.y;
+    const int rest = (q.x - p.x) * (y - p.y) - slope * p.x;
+    if (slope > 0) out.first = std::max(out.first, -floorDivide(rest, slope));
+    if (slope < 0) out.last = std::min(out.last, floorDivide(rest, -slope));
+    if (slope == 0 && rest < 0) out.last = -1;
+  }
+  return out;
 }
 
 /// Side, in cells, of the squares whose sides and diagonals are the sides of a mesh level's patches.

@@ -138,6 +138,7 @@ MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel*
 
   MeshLevel out;
   out.level = level;
+  out.centerFalls = centerFalls;
   const int count = patchCount(level);
   out.patches.reserve(static_cast<size_t>(count));
   for (int i = 0; i < count; ++i) {
@@ -148,10 +149,14 @@ MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel*
     patch.vertexCount = static_cast<uint32_t>(mesh.vertices.size());
     patch.firstIndex = static_cast<uint32_t>(out.indices.size());
     patch.indexCount = static_cast<uint32_t>(mesh.indices.size());
+    patch.bisectedCount = static_cast<uint32_t>(mesh.bisected);
+    patch.firstExtra = static_cast<uint32_t>(out.extras.size());
+    patch.extraCount = static_cast<uint32_t>(mesh.extras.size());
     patch.errorMeters = static_cast<float>(errorWithin(corners, blocks) + mesh.excessMeters);
     out.patches.push_back(patch);
     out.vertices.insert(out.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
     out.indices.insert(out.indices.end(), mesh.indices.begin(), mesh.indices.end());
+    out.extras.insert(out.extras.end(), mesh.extras.begin(), mesh.extras.end());
   }
   out.chosen = packed(vertices);
   return out;
