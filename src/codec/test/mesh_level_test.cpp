@@ -133,15 +133,16 @@ TEST_P(MeshLevels, AreWholeAndConform) {
         }
         ASSERT_EQ(area,
                   std::abs(doubleArea(patch.corners.ends[0], patch.corners.ends[1], patch.corners.apex)));
-        for (const auto& [side, count] : sides) {
-          ASSERT_EQ(count, 1);
-          if (sides.count({side.second, side.first}) != 0) continue;
+        for (const auto& counted : sides) {
+          const auto& [from, to] = counted.first;
+          ASSERT_EQ(counted.second, 1);
+          if (sides.count({to, from}) != 0) continue;
           const auto outer = patch.sides();
-          ASSERT_TRUE(std::any_of(outer.begin(), outer.end(),
-                                  [&](const auto& s) {
-                                    return isBetween(s[0], s[1], side.first) &&
-                                           isBetween(s[0], s[1], side.second);
-                                  }))
+          const auto isOn = [&](const std::array<Point, 2>& side) {
+            return isBetween(side[0], side[1], counted.first.first) &&
+                   isBetween(side[0], side[1], counted.first.second);
+          };
+          ASSERT_TRUE(std::any_of(outer.begin(), outer.end(), isOn))
               << "level " << level << ", patch " << index << ": an open side inside";
         }
       }
