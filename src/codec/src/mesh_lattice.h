@@ -55,17 +55,23 @@ inline int sideOf(const MeshDiamond& diamond, MeshPoint center, MeshPoint point)
   return (apex.x - center.x) * (point.x - center.x) + (apex.y - center.y) * (point.y - center.y) > 0 ? 0 : 1;
 }
 
-/// Calls visit(point) for every sample of a level, row by row.
+/// Calls visit(point, diamond) for every sample of a level (at least 1), row by row.
 template <class Visit>
 inline void visitMeshLevel(int level, Visit&& visit) {
   const int s = meshHalfSize(level);
   if (level % 2 == 0) {
-    for (int y = s; y <= kTileCells; y += 2 * s)
-      for (int x = s; x <= kTileCells; x += 2 * s) visit(MeshPoint{x, y});
+    bool rowFalls = true;
+    for (int y = s; y <= kTileCells; y += 2 * s, rowFalls = !rowFalls) {
+      bool falls = rowFalls;
+      for (int x = s; x <= kTileCells; x += 2 * s, falls = !falls)
+        visit(MeshPoint{x, y}, quadDiamond({x, y}, s, falls));
+    }
     return;
   }
-  for (int y = 0; y <= kTileCells; y += s)
-    for (int x = (y / s) % 2 == 0 ? s : 0; x <= kTileCells; x += 2 * s) visit(MeshPoint{x, y});
+  bool horizontal = true;
+  for (int y = 0; y <= kTileCells; y += s, horizontal = !horizontal)
+    for (int x = horizontal ? s : 0; x <= kTileCells; x += 2 * s)
+      visit(MeshPoint{x, y}, edgeDiamond({x, y}, s, horizontal));
 }
 
 /// The level of the diamond at a sample; -1 at a tile's corners.
@@ -118,8 +124,9 @@ struct GivenSides {
   GivenSides(int meshLevel, int borderSquare)
       : level(meshLevel), square(meshSquare(meshLevel)), border(borderSquare) {}
   bool has(MeshPoint p) const {
-    if (p.x % border == 0 || p.y % border == 0) return true;
-    const bool onLine = p.x % square == 0 || p.y % square == 0;
+    // note: both are powers of two.
+    if ((p.x & (border - 1)) == 0 || (p.y & (border - 1)) == 0) return true;
+    const bool onLine = (p.x & (square - 1)) == 0 || (p.y & (square - 1)) == 0;
     return level % 2 == 0 ? !onLine && onHypotenuse(p) : onLine;
   }
 
@@ -127,8 +134,8 @@ struct GivenSides {
   /// On the diagonal of its square along which patches of an even level have their hypotenuses.
   bool onHypotenuse(MeshPoint p) const {
     if (square == kTileCells) return false;  // the two triangles of the world's first level choose together
-    const int x = p.x % square, y = p.y % square;
-    return ((p.x / square + p.y / square) & 1) == 0 ? x == y : x + y == square;
+    const int x = p.x & (square - 1), y = p.y & (square - 1);
+    return ((p.x ^ p.y) & square) == 0 ? x == y : x + y == square;
   }
 };
 

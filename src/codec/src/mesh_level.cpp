@@ -43,29 +43,41 @@ Blocks blocksOf(TileId id, const Tile& tile, double bound, double least, const E
   return out;
 }
 
-/// Samples on the sides of blocks keep to the narrowest.
+/// The tolerance at each sample of a row or column of blocks' tolerances; samples on their sides keep to the
+/// narrower one.
+std::array<double, kTileSamples> alongBlocks(const std::array<double, kBlocks>& tolerances) {
+  std::array<double, kTileSamples> out;
+  for (int i = 0; i < kTileSamples; ++i) {
+    const int after = std::min(i / kBlockCells, kBlocks - 1), before = std::max(i - 1, 0) / kBlockCells;
+    out[static_cast<size_t>(i)] =
+        std::min(tolerances[static_cast<size_t>(before)], tolerances[static_cast<size_t>(after)]);
+  }
+  return out;
+}
+
 HeightBand bandOf(const Tile& tile, const Blocks& blocks) {
   const std::vector<float>& heights = tile.samples.heights;
-  const std::vector<uint8_t> measured = measuredSamples(tile.samples);
-  HeightBand out{heights, heights};
+  const double least = *std::min_element(blocks.tolerance.begin(), blocks.tolerance.end());
+  // note: a little less, for what floats round.
+  HeightBand out{heights, heights, static_cast<float>(0.999 * least)};
   for (int y = 0; y < kTileSamples; ++y) {
-    const int firstRow = y == 0 ? 0 : (y - 1) / kBlockCells, lastRow = std::min(y / kBlockCells, kBlocks - 1);
-    for (int x = 0; x < kTileSamples; ++x) {
-      const auto at = static_cast<size_t>(y * kTileSamples + x);
-      if (!measured.empty() && measured[at] == 0) {
-        out.low[at] = out.high[at] = std::numeric_limits<float>::quiet_NaN();
-        continue;
-      }
-      const int firstCol = x == 0 ? 0 : (x - 1) / kBlockCells,
-                lastCol = std::min(x / kBlockCells, kBlocks - 1);
-      double tolerance = std::numeric_limits<double>::infinity();
-      for (int row = firstRow; row <= lastRow; ++row)
-        for (int col = firstCol; col <= lastCol; ++col)
-          tolerance = std::min(tolerance, blocks.tolerance[static_cast<size_t>(row * kBlocks + col)]);
-      out.low[at] -= static_cast<float>(tolerance);
-      out.high[at] += static_cast<float>(tolerance);
+    const int below = std::min(y / kBlockCells, kBlocks - 1), above = std::max(y - 1, 0) / kBlockCells;
+    std::array<double, kBlocks> narrower;
+    for (int col = 0; col < kBlocks; ++col)
+      narrower[static_cast<size_t>(col)] =
+          std::min(blocks.tolerance[static_cast<size_t>(above * kBlocks + col)],
+                   blocks.tolerance[static_cast<size_t>(below * kBlocks + col)]);
+    const std::array<double, kTileSamples> tolerances = alongBlocks(narrower);
+    float* low = out.low.data() + y * kTileSamples;
+    float* high = out.high.data() + y * kTileSamples;
+    for (size_t x = 0; x < kTileSamples; ++x) {
+      low[x] -= static_cast<float>(tolerances[x]);
+      high[x] += static_cast<float>(tolerances[x]);
     }
   }
+  const std::vector<uint8_t> measured = measuredSamples(tile.samples);
+  for (size_t i = 0; i < measured.size(); ++i)
+    if (measured[i] == 0) out.low[i] = out.high[i] = std::numeric_limits<float>::quiet_NaN();
   return out;
 }
 
@@ -84,7 +96,7 @@ double errorWithin(const PatchCorners& corners, const Blocks& blocks) {
 
 std::vector<uint8_t> unpacked(std::span<const uint8_t> bits) {
   std::vector<uint8_t> out(kTileSampleCount);
-  for (size_t i = 0; i < out.size(); ++i) out[i] = bits[i / 8] >> (i % 8) & 1;
+  for (size_t i = 0; i < out.size(); ++i) out[i] = bits[i / 8] >> (i % 8) & 1U;
   return out;
 }
 std::vector<uint8_t> packed(std::span<const uint8_t> vertices) {

@@ -43,14 +43,19 @@ class VertexChooser {
         states_(samples.states.data()),
         low_(band.low.data()),
         high_(band.high.data()),
+        least_(band.leastMeters),
         along_(static_cast<float>(rule.alongSidesMeters)),
         sides_(rule.level, rule.borderSquare),
         bits_(bits) {}
 
   void run() {
     chooseAlongLegs();
-    for (int level = kDeepestVertexLevel; level >= sides_.level; --level)
-      visitMeshLevel(level, [&](MeshPoint p) { decide(p, level); });
+    for (int level = kDeepestVertexLevel; level >= std::max(sides_.level, 1); --level)
+      visitMeshLevel(level, [&](MeshPoint p, const MeshDiamond& d) { decide(p, level, d); });
+    if (sides_.level == 0) {
+      constexpr MeshPoint kCenter{kTileCells / 2, kTileCells / 2};
+      decide(kCenter, 0, meshDiamondAt(kCenter, 0));
+    }
   }
 
  private:
@@ -104,9 +109,11 @@ class VertexChooser {
 
   // ---- insides
 
-  void decide(MeshPoint p, int level) {
+  void decide(MeshPoint p, int level, const MeshDiamond& d) {
     uint8_t& bits = bitsAt(p);
-    const MeshDiamond d = meshDiamondAt(p, level);
+    const float reach = reachOf(p, level, d);
+    reach_[static_cast<size_t>(p.index())] = reach;
+    if (bits == 0 && reach <= least_) return;
     if ((bits & kMeshVertex) == 0 && sides_.has(p)) {
       for (int side = 0; side < 2; ++side) {
         if (!d.apexes[side].isInTile()) continue;
@@ -117,7 +124,10 @@ class VertexChooser {
       }
       return;
     }
-    if ((bits & kMeshVertex) == 0) {
+    if ((bits & kMeshVertex) == 0 && level >= kDeepestVertexLevel - 1) {
+      if (!leavesMiddle(p, d)) return;
+      bits |= kMeshVertex;
+    } else if ((bits & kMeshVertex) == 0) {
       for (int side = 0; side < 2 && (bits & kMeshVertex) == 0; ++side)
         if (d.apexes[side].isInTile() && leaves(p, level, d, side, false)) bits |= kMeshVertex;
     }
@@ -138,10 +148,38 @@ class VertexChooser {
     }
   }
 
+  /// As far as the triangles below reach, and what their middle moves by: a bound that spares looking.
+  float reachOf(MeshPoint p, int level, const MeshDiamond& d) const {
+    const float moved = std::abs(h(p) - 0.5F * (h(d.ends[0]) + h(d.ends[1])));
+    if (level == kDeepestVertexLevel) return moved;
+    const int s = meshHalfSize(level);
+    const float* here = reach_.data() + p.index();
+    float below = 0.0F;
+    if (level % 2 == 0) {
+      below = std::max(std::max(here[-s], here[s]), std::max(here[-s * kStride], here[s * kStride]));
+    } else {
+      const int half = s / 2;
+      for (const int down : {-half, half})
+        for (const int right : {-half, half})
+          if (MeshPoint{p.x + right, p.y + down}.isInTile())
+            below = std::max(below, here[down * kStride + right]);
+    }
+    return moved + below;
+  }
+
+  /// The same for the two smallest sizes: besides its middle a triangle only has corners and, in the middle
+  /// of its legs, samples that were looked at before, with the same mean.
+  bool leavesMiddle(MeshPoint p, const MeshDiamond& d) const {
+    const float mean = 0.5F * (h(d.ends[0]) + h(d.ends[1]));
+    const int at = p.index();
+    return low_[at] > mean || mean > high_[at];
+  }
+
   /// Does a measured sample in the diamond's triangle on one side leave its plane? `isGiven`: those on the
   /// hypotenuse do not count.
   bool leaves(MeshPoint p, int level, const MeshDiamond& d, int side, bool isGiven) const {
     const int s = meshHalfSize(level);
+    if (isGiven && level >= kDeepestVertexLevel - 1) return false;  // nothing but the side itself
     if (level % 2 == 0) return leavesRightAngle(d, side, 2 * s, isGiven);
     if (d.ends[0].y == d.ends[1].y) return leavesHorizontal(p, d, side, s, isGiven);
     return leavesVertical(p, d, side, s, isGiven);
@@ -219,8 +257,11 @@ class VertexChooser {
   const SampleState* states_;
   const float* low_;
   const float* high_;
+  float least_;
   float along_;
   GivenSides sides_;
+  /// How far, at most, the triangles of a diamond can be from the samples in them.
+  std::vector<float> reach_ = std::vector<float>(kTileSampleCount);
   std::vector<uint8_t>& bits_;
 };
 
@@ -282,8 +323,7 @@ std::vector<float> meshSurface(std::span<const float> heights, std::span<const u
   };
   constexpr int kCenter = kTileCells / 2;
   if (level <= 0) interpolate({kCenter, kCenter}, quadDiamond({kCenter, kCenter}, kCenter, centerFalls));
-  for (int each = std::max(level, 1); each <= kDeepestVertexLevel; ++each)
-    visitMeshLevel(each, [&](MeshPoint p) { interpolate(p, meshDiamondAt(p, each)); });
+  for (int each = std::max(level, 1); each <= kDeepestVertexLevel; ++each) visitMeshLevel(each, interpolate);
   return out;
 }
 

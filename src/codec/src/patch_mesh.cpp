@@ -164,13 +164,14 @@ class PatchMesher {
       if (level < level_) continue;
       const int s = meshHalfSize(level);
       const bool isQuad = level % 2 == 0;
+      const bool onSide = isOnSide(p);
       const MeshPoint ring[4] = {isQuad ? MeshPoint{p.x - s, p.y - s} : MeshPoint{p.x, p.y - s},
                                  isQuad ? MeshPoint{p.x + s, p.y - s} : MeshPoint{p.x + s, p.y},
                                  isQuad ? MeshPoint{p.x + s, p.y + s} : MeshPoint{p.x, p.y + s},
                                  isQuad ? MeshPoint{p.x - s, p.y + s} : MeshPoint{p.x - s, p.y}};
       for (int i = 0; i < 4; ++i) {
         const MeshPoint a = ring[i], b = ring[(i + 1) % 4];
-        if (!isInPatch(a) || !isInPatch(b)) continue;
+        if (onSide && (!isInPatch(a) || !isInPatch(b))) continue;
         if (level < kDeepestVertexLevel && kindAt(middleOf(a, b)) != PatchScratch::kNo) continue;
         add(a, b, p);
       }

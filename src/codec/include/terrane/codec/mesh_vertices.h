@@ -34,6 +34,7 @@ enum MeshVertexBits : uint8_t {
 struct HeightBand {
   std::vector<float> low;
   std::vector<float> high;
+  float leastMeters = 0.0F;  ///< at least so far from the samples' own heights, everywhere
 };
 
 /// Which samples meshes are held against: ground, and what fills a void where ground is shown beside it.
