@@ -73,7 +73,13 @@ struct MeshSides {
 
   explicit MeshSides(int meshLevel)
       : level(meshLevel), square(kTileCells >> (meshLevel - meshLevel % 2) / 2) {}
-  bool onBorder(MeshPoint p) const { return p.x == 0 || p.y == 0 || p.x == kTileCells || p.y == kTileCells; }
+  /// On the border of a tile: this one or, beyond its own levels, one below it that has the level's patches
+  /// for its own. note: where that is not stored and its neighbour is, this tile's patches meet the
+  /// neighbour's there.
+  bool onTileBorder(MeshPoint p) const {
+    const int side = level % 2 == 0 && level > 0 ? 2 * square : square;
+    return p.x % side == 0 || p.y % side == 0;
+  }
   bool onLine(MeshPoint p) const { return p.x % square == 0 || p.y % square == 0; }
   /// On the diagonal of its square along which a patch of an even level has its hypotenuse.
   bool onHypotenuseDiagonal(MeshPoint p) const {
@@ -81,9 +87,9 @@ struct MeshSides {
     if (square == kTileCells) return false;  // both triangles of the world's first level are one patch each
     return ((p.x / square + p.y / square) & 1) == 0 ? x == y : x + y == square;
   }
-  /// Are the vertices here given: on a hypotenuse, or on the tile's border?
+  /// Are the vertices here given: on a hypotenuse, or on a tile's border?
   bool isGiven(MeshPoint p) const {
-    if (onBorder(p)) return true;
+    if (onTileBorder(p)) return true;
     return level % 2 == 0 ? !onLine(p) && onHypotenuseDiagonal(p) : onLine(p);
   }
 };
