@@ -49,21 +49,29 @@ int64_t StoredPyramid::finestTiles() const {
 }
 
 Status StoredPyramid::decodeAll(const UseTile& use) const {
-  return decodeBelow(tiles_.front(), nullptr, use);
+  std::vector<Tile> unused;
+  return decodeBelow(tiles_.front(), nullptr, use, unused);
 }
 
 Status StoredPyramid::decodeAll() const {
   return decodeAll([](TileId, const Tile&) { return Status(); });
 }
 
-Status StoredPyramid::decodeBelow(const StoredTile& stored, const TileSamples* parent,
-                                  const UseTile& use) const {
+Status StoredPyramid::decodeBelow(const StoredTile& stored, const TileSamples* parent, const UseTile& use,
+                                  std::vector<Tile>& unused) const {
   const int quadrant = parent == nullptr ? 0 : stored.id.quadrant();
-  TERRANE_ASSIGN(const Tile tile, decodeTile(stored.payload, parent, quadrant, manifest_.scale));
+  Tile recycled;
+  if (!unused.empty()) {
+    recycled = std::move(unused.back());
+    unused.pop_back();
+  }
+  TERRANE_ASSIGN(Tile tile,
+                 decodeTile(stored.payload, parent, quadrant, manifest_.scale, std::move(recycled)));
   TERRANE_TRY(use(stored.id, tile));
   for (const int child : stored.children) {
-    if (child >= 0) TERRANE_TRY(decodeBelow(tiles_[static_cast<size_t>(child)], &tile.samples, use));
+    if (child >= 0) TERRANE_TRY(decodeBelow(tiles_[static_cast<size_t>(child)], &tile.samples, use, unused));
   }
+  unused.push_back(std::move(tile));
   return {};
 }
 

@@ -22,7 +22,8 @@ class StoredPyramid {
 
   /// What is done with a decoded tile; an error ends the visit.
   using UseTile = std::function<Status(TileId, const Tile&)>;
-  /// Decodes every stored tile once, parents before children, in the calling thread.
+  /// Decodes every stored tile once, parents before children, in the calling thread. The memory of tiles
+  /// whose children are done is used again.
   Status decodeAll(const UseTile& use) const;
   Status decodeAll() const;
   /// Gives each of these tiles of the finest level, from the north-west quadrants on: decoded where it is
@@ -36,7 +37,8 @@ class StoredPyramid {
     std::array<int, 4> children = {-1, -1, -1, -1};  ///< indices, -1: not stored
   };
   explicit StoredPyramid(Manifest manifest) : manifest_(std::move(manifest)) {}
-  Status decodeBelow(const StoredTile& stored, const TileSamples* parent, const UseTile& use) const;
+  Status decodeBelow(const StoredTile& stored, const TileSamples* parent, const UseTile& use,
+                     std::vector<Tile>& unused) const;
   class FinestVisit;
 
   Manifest manifest_;

@@ -13,13 +13,22 @@
 /// view: pictures at moments of every flight, held against the full-resolution surface, and pictures at
 /// random moments of loading.
 ///
-/// usage: measure_error FLIGHTS-FOLDER RESULT.json DATASET...
+/// usage: measure_error [--surface patches|meshes] FLIGHTS-FOLDER RESULT.json DATASET...
 
 namespace terrane {
 namespace {
 
 constexpr int kWidth = 640;
 constexpr int kHeight = 360;
+/// Ways to make triangles of tiles.
+struct MeasuredSurface {
+  const char* name;
+  SurfaceKind kind;
+  int k;
+};
+constexpr MeasuredSurface kSurfaces[] = {{"patches, K 17", SurfaceKind::Patches, 4},
+                                         {"patches, K 33", SurfaceKind::Patches, 5},
+                                         {"meshes", SurfaceKind::Meshes, 4}};
 constexpr int kMomentsPerFlight = 3;
 constexpr int kLoadingMoments = 6;
 /// Flights that stay above the highest ground, where a crack while loading can be told.
@@ -77,7 +86,7 @@ Result<FlightReport> measureSetting(Terrain& terrain, const Truth& truth,
 }
 
 Status measureDataset(const std::string& directory, const std::vector<std::string>& paths,
-                      BenchResult& result) {
+                      const std::string& only, BenchResult& result) {
   TERRANE_ASSIGN(const std::unique_ptr<Terrain> terrain, Terrain::open(directory));
   TERRANE_ASSIGN(ReferenceSurface surface, loadReference(terrain->dataset()));
   const Truth truth(std::move(surface), terrain->dataset().manifest().frame);
@@ -88,10 +97,13 @@ Status measureDataset(const std::string& directory, const std::vector<std::strin
   }
 
   const std::string name = std::filesystem::path(directory).stem().string();
-  for (const double tau : {1.0, 2.0}) {
-    for (const int k : {4, 5}) {
+  for (const auto& [drawn, kind, k] : kSurfaces) {
+    if (std::string_view(drawn).substr(0, only.size()) != only) continue;
+    const bool isMeshes = kind == SurfaceKind::Meshes;
+    for (const double tau : isMeshes ? std::vector{2.0 / 3.0, 1.0} : std::vector{1.0, 2.0}) {
       for (const double fovy : {45.0, 90.0}) {
         PatchSelection selection;
+        selection.surface = kind;
         selection.grid.k = k;
         selection.tolerancePixels = tau;
         FlyOptions options;
@@ -103,8 +115,8 @@ Status measureDataset(const std::string& directory, const std::vector<std::strin
         TERRANE_ASSIGN(const FlightReport report,
                        measureSetting(*terrain, truth, flights, selection, options, worst));
         result.rows.push_back({{"dataset", name},
+                               {"surface", drawn},
                                {"tau", tau},
-                               {"K", selection.grid.samplesPerSide()},
                                {"fovy", fovy},
                                {"max_error_over_tau", report.error.maxPixels / tau},
                                {"p999_px", report.error.percentile999()},
@@ -117,8 +129,8 @@ Status measureDataset(const std::string& directory, const std::vector<std::strin
                                {"loading_pixels", report.loading.checked},
                                {"loading_cracks", report.loading.cracks}});
         std::fprintf(
-            stderr, "%s: tau %g, K %d, fovy %g: largest error %.3f tau, %lld cracks, %lld while loading\n",
-            name.c_str(), tau, selection.grid.samplesPerSide(), fovy, report.error.maxPixels / tau,
+            stderr, "%s: %s, tau %.3g, fovy %g: largest error %.3f tau, %lld cracks, %lld while loading\n",
+            name.c_str(), drawn, tau, fovy, report.error.maxPixels / tau,
             static_cast<long long>(report.cracks.cracks), static_cast<long long>(report.loading.cracks));
       }
     }
@@ -126,13 +138,20 @@ Status measureDataset(const std::string& directory, const std::vector<std::strin
   return {};
 }
 
-Status run(const std::vector<std::string>& arguments) {
-  if (arguments.size() < 3) return makeError("usage: measure_error FLIGHTS-FOLDER RESULT.json DATASET...");
+Status run(std::vector<std::string> arguments) {
+  std::string only;
+  if (arguments.size() > 2 && arguments[0] == "--surface") {
+    only = arguments[1];
+    arguments.erase(arguments.begin(), arguments.begin() + 2);
+  }
+  if (arguments.size() < 3 || (!only.empty() && only != "patches" && only != "meshes"))
+    return makeError("usage: measure_error [--surface patches|meshes] FLIGHTS-FOLDER RESULT.json DATASET...");
   TERRANE_ASSIGN(const std::vector<std::string> flights, flightsIn(arguments[0]));
 
   BenchResult result;
   result.bench = "error";
-  for (size_t i = 2; i < arguments.size(); ++i) TERRANE_TRY(measureDataset(arguments[i], flights, result));
+  for (size_t i = 2; i < arguments.size(); ++i)
+    TERRANE_TRY(measureDataset(arguments[i], flights, only, result));
 
   const auto largest = [&](const char* member) {
     double value = 0.0;

@@ -229,7 +229,8 @@ void setBars(const std::vector<Outcome>& outcomes, BenchResult& result) {
   for (const Outcome& outcome : outcomes) {
     bits[outcome.setting] += outcome.ours.bits;
     triangles[outcome.setting] += outcome.ours.triangles;
-    worst = std::max(worst, outcome.ours.bits / outcome.paper.bits);
+    // All levels of ours over all levels of the paper's.
+    worst = std::max(worst, outcome.ours.bits / outcome.paper.pyramidBits);
     violations += static_cast<double>(outcome.ours.check.violations);
     greedy.tiles += outcome.greedy.tiles;
     greedy.triangles += outcome.greedy.triangles;

@@ -1,5 +1,6 @@
 // Writes the seeds of the corpora: make_corpus FOLDER. Existing files of the same names are replaced.
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -11,7 +12,9 @@
 #include "pmtiles_format.h"
 #include "random_heights.h"
 #include "random_images.h"
+#include "random_mesh_levels.h"
 #include "random_tiles.h"
+#include "terrane/codec/compact_mesh.h"
 #include "terrane/codec/strip_mesh.h"
 #include "terrane/dataset/manifest.h"
 #include "terrane/dataset/pmtiles.h"
@@ -70,6 +73,22 @@ void makeStripMeshes() {
   }
 }
 
+void makeCompactMeshes() {
+  // Calm ground, and rough ground with a bound that leaves little of it: small inputs find more.
+  for (const unsigned seed : {5U, 2U}) {
+    RandomMeshes options = randomMeshesOf(seed);
+    options.boundSpacings = 60.0;
+    options.lastKept = 3;
+    visitRandomMeshes(seed, options, [&](const MeshLevel& meshes) {
+      const CompactLevel compact = compactOf(meshes);
+      if (compact.words.size() > 6000) return;
+      std::vector<uint8_t> bytes(compact.sizeBytes());
+      std::memcpy(bytes.data(), compact.words.data(), bytes.size());
+      store("compact_mesh", fmt::format("{}_{}", seed == 5 ? "calm" : "rough", meshes.level), bytes);
+    });
+  }
+}
+
 void makeArchives() {
   const std::string path = (folder / "archive.pmtiles").string();
   std::filesystem::remove(path);
@@ -118,6 +137,7 @@ int main(int argc, char** argv) {
   terrane::makePayloads();
   terrane::makeImagery();
   terrane::makeStripMeshes();
+  terrane::makeCompactMeshes();
   terrane::makeArchives();
   terrane::makeManifest();
 }

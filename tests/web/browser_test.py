@@ -20,6 +20,7 @@ import urllib.parse
 import zlib
 
 WIDTH, HEIGHT = 640, 400
+SURFACES = ("patches", "meshes")
 EYE, TARGET, FOV = (495500, 6695500, 2300), (500300, 6700800, 700), 50
 TAU, SAMPLES = 1, 4
 PATIENCE_SECONDS = 180
@@ -137,10 +138,17 @@ def make_dataset(terrane, work):
 def main(terrane, module, work):
     work.mkdir(parents=True, exist_ok=True)
     dataset = make_dataset(terrane, work)
+    for surface in SURFACES:
+        compare(terrane, module, work, dataset, surface)
+
+
+def compare(terrane, module, work, dataset, surface):
+    """Draws one way in the browser and natively, and ends the program where the pictures are not the same."""
     points = [",".join(map(str, point)) for point in (EYE, TARGET)]
-    subprocess.run([terrane, "render", dataset, "-o", work / "native.png", "--overwrite", "-q", "--gles", "--software",
-                    "--size", f"{WIDTH}x{HEIGHT}", "--eye", points[0], "--look-at", points[1], "--fov", str(FOV),
-                    "--tau", str(TAU), "--samples", str(SAMPLES)], check=True)
+    native_path, browser_path = work / f"native_{surface}.png", work / f"browser_{surface}.png"
+    subprocess.run([terrane, "render", dataset, "-o", native_path, "--overwrite", "-q", "--gles", "--software",
+                    "--surface", surface, "--size", f"{WIDTH}x{HEIGHT}", "--eye", points[0], "--look-at", points[1],
+                    "--fov", str(FOV), "--tau", str(TAU), "--samples", str(SAMPLES)], check=True)
 
     here = pathlib.Path(__file__).parent
     pages = PageServer({"/page.html": here / "page.html", "/terrane.mjs": module / "terrane.mjs",
@@ -151,7 +159,7 @@ def main(terrane, module, work):
     try:
         url = serving.stdout.readline().strip()
         query = urllib.parse.urlencode({"dataset": f"{url}d/small/", "eye": points[0], "target": points[1], "fov": FOV,
-                                        "tau": TAU, "samples": SAMPLES})
+                                        "tau": TAU, "samples": SAMPLES, "surface": surface})
         profile = work / "profile"
         shutil.rmtree(profile, ignore_errors=True)
         with open(work / "chromium.log", "w") as log:
@@ -169,8 +177,8 @@ def main(terrane, module, work):
         sys.exit("the page says: " + told["problem"].decode())
     report = json.loads(told["report"])
     print(json.dumps(report, indent=2))
-    write_png(work / "browser.png", told["picture"])
-    width, height, native = read_png(work / "native.png")
+    write_png(browser_path, told["picture"])
+    width, height, native = read_png(native_path)
     assert (width, height) == (WIDTH, HEIGHT) and len(told["picture"]) == len(native)
     counts = collections.Counter(max(abs(a - b) for a, b in zip(told["picture"][i:i + 3], native[i:i + 3]))
                                  for i in range(0, len(native), 4))
@@ -183,7 +191,7 @@ def main(terrane, module, work):
     if colors < 1000:
         sys.exit("the native picture shows next to nothing")
     if beyond > LARGEST_SHARE_BEYOND or mean > LARGEST_MEAN_DIFFERENCE:
-        sys.exit(f"the browser's picture is another one: {work}/browser.png, {work}/native.png")
+        sys.exit(f"the browser's picture is another one: {browser_path}, {native_path}")
     if report["canvasDiffers"]:
         sys.exit("the canvas shows another picture than was drawn")
     if report["requestsFailed"] or report["tilesLost"]:

@@ -75,6 +75,12 @@ class WebView {
         {eyeEast, eyeNorth, eyeHeight}, {targetEast, targetNorth, targetHeight}, fovyDegrees * kRadians};
   }
   /// Of the canvas, in its own pixels.
+  /// How tiles become triangles: "patches" or "meshes"; anything else changes nothing.
+  void setSurface(const std::string& name) {
+    if (view_ == nullptr) return;
+    if (name == "patches") view_->selection().surface = SurfaceKind::Patches;
+    if (name == "meshes") view_->selection().surface = SurfaceKind::Meshes;
+  }
   void setSize(int width, int height) {
     width_ = width;
     height_ = height;
@@ -198,6 +204,7 @@ EMSCRIPTEN_BINDINGS(terrane) {
       .function("isSettled", &WebView::isSettled)
       .function("setCamera", &WebView::setCamera)
       .function("setSize", &WebView::setSize)
+      .function("setSurface", &WebView::setSurface)
       .function("redraw", &WebView::redraw)
       .function("frame", &WebView::frame)
       .function("report", &WebView::report)

@@ -26,7 +26,8 @@ const EvidenceTables& evidenceTables() {
   static const EvidenceTables tables = [] {
     EvidenceTables made;
     for (int evidence = -kMostEvidence; evidence <= kMostEvidence; ++evidence)
-      made.chance[static_cast<size_t>(evidence + kMostEvidence)] = logistic(evidence);
+      made.chance[static_cast<size_t>(evidence + kMostEvidence)] = {
+          logistic(evidence), static_cast<uint16_t>(boundedChance(logistic(evidence)))};
     // The smallest evidence that says as much.
     int evidence = -kMostEvidence;
     for (size_t i = 0; i < made.evidence.size(); ++i) {
@@ -77,11 +78,11 @@ Result<BinaryReader> BinaryReader::open(std::span<const uint8_t> bytes, size_t& 
   TERRANE_ASSIGN(const uint64_t size, in.varint(bytes.size()));
   if (in.remaining() < size) return makeError("byte {}: the answers end early", in.offset());
   BinaryReader reader;
-  reader.next_ = bytes.data() + in.offset();
-  reader.end_ = reader.next_ + size;
-  used = in.offset() + static_cast<size_t>(size);
-  if (size > 0 && reader.end_[-1] == 0) return makeError("byte {}: the answers end with a 0", used - 1);
-  for (int i = 0; i < 4; ++i) reader.code_ = reader.code_ << 8 | reader.nextByte();
+  reader.bytes_ = bytes.data() + in.offset();
+  reader.size_ = static_cast<size_t>(size);
+  used = in.offset() + reader.size_;
+  if (size > 0 && bytes[used - 1] == 0) return makeError("byte {}: the answers end with a 0", used - 1);
+  reader.refill();
   return reader;
 }
 

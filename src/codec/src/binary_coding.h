@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "always_inline.h"
 #include "terrane/base/result.h"
 
 /// Yes-or-no answers whose odds are learned while they are read: a binary arithmetic coder, models that
@@ -40,47 +41,106 @@ struct AnswerModel {
         made[i] = static_cast<uint16_t>(32768.0 / (static_cast<double>(i) + 1.75));
       return made;
     }();
-    const int goal = yes ? 65535 : 0;
-    chance = static_cast<uint16_t>(chance + (goal - chance) * int{kShare[seen]} / 32768);
-    if (seen < most) ++seen;
+    // Seen from its goal, the chance loses its share of the way either way.
+    const uint32_t goal = yes ? 65535 : 0;
+    const uint32_t way = chance ^ goal;
+    chance = static_cast<uint16_t>((way - (way * kShare[seen] >> 15)) ^ goal);
+    seen = static_cast<uint8_t>(seen + (seen < most ? 1 : 0));
   }
 };
 
 /// Chances on the scale that evidence adds up on, 256 ln(p / (1 - p)), and back.
 inline constexpr int kMostEvidence = 2047;
 struct EvidenceTables {
-  std::array<int16_t, 4096> evidence;                  ///< of chances, in 1/4096
-  std::array<uint16_t, 2 * kMostEvidence + 1> chance;  ///< of evidence + kMostEvidence
+  std::array<int16_t, 4096> evidence;  ///< of chances, in 1/4096
+  struct Chance {
+    uint16_t exact;
+    uint16_t bounded;  ///< boundedChance(exact)
+  };
+  std::array<Chance, 2 * kMostEvidence + 1> chance;  ///< of evidence + kMostEvidence
 };
 const EvidenceTables& evidenceTables();
+
+TERRANE_INLINE int32_t boundedEvidence(int32_t evidence) {
+  // note: it hardly ever is beyond, which is guessed sooner than compared.
+  if (static_cast<uint32_t>(evidence + kMostEvidence) > 2 * kMostEvidence) [[unlikely]]
+    return evidence < 0 ? -kMostEvidence : kMostEvidence;
+  return evidence;
+}
+
+/// Divides by a power of two, towards zero.
+template <int kBits>
+constexpr int32_t dividedBy2ToThe(int32_t value) {
+  return (value + ((value >> 31) & ((1 << kBits) - 1))) >> kBits;
+}
 
 /// Weighs the evidence of several models, by how well they have done. Weights are in 1/65536.
 template <size_t Count>
 struct AnswerMixer {
+  static constexpr int32_t kMostWeight = 1 << 18;
+  static TERRANE_INLINE int32_t bounded(int32_t weight) {
+    // note: it hardly ever is beyond, which is guessed sooner than compared.
+    if (weight > kMostWeight) [[unlikely]]
+      return kMostWeight;
+    if (weight < -kMostWeight) [[unlikely]]
+      return -kMostWeight;
+    return weight;
+  }
   std::array<int32_t, Count> weights;
 };
 
-/// Asks several models about one answer.
-template <class Coder, size_t Count>
-inline bool codeMixed(Coder& coder, const EvidenceTables& tables,
-                      const std::array<AnswerModel*, Count>& models, AnswerMixer<Count>& mixer, int most,
-                      bool yes = false) {
-  std::array<int32_t, Count> evidence;
-  int64_t sum = 0;
-  for (size_t i = 0; i < Count; ++i) {
-    evidence[i] = tables.evidence[models[i]->chance >> 4];
-    sum += int64_t{mixer.weights[i]} * evidence[i];
+/// Several models are asked about one answer. Asking and hearing the answer are two steps: while an answer is
+/// still to be known, and perhaps guessed wrong, the next one can be asked for, if it is of other models and
+/// of another mixer.
+template <size_t Count>
+class MixedQuestion {
+ public:
+  TERRANE_INLINE MixedQuestion(const EvidenceTables& tables, const std::array<AnswerModel*, Count>& models,
+                               AnswerMixer<Count>& mixer)
+      : models_(models), mixer_(&mixer) {
+    static_assert(Count * AnswerMixer<Count>::kMostWeight * kMostEvidence < (1LL << 31), "sums fit");
+    int32_t sum = 0;
+#pragma GCC unroll 4
+    for (size_t i = 0; i < Count; ++i) {
+      evidence_[i] = tables.evidence[models[i]->chance >> 4];
+      sum += mixer.weights[i] * evidence_[i];
+    }
+    const int32_t mixed = boundedEvidence(dividedBy2ToThe<16>(sum));
+    chance_ = tables.chance[static_cast<size_t>(mixed + kMostEvidence)];
   }
-  const auto mixed = static_cast<int>(std::clamp<int64_t>(sum / 65536, -kMostEvidence, kMostEvidence));
-  const uint16_t chance = tables.chance[static_cast<size_t>(mixed + kMostEvidence)];
-  yes = coder.code(chance, yes);
-  const int miss = (yes ? 65535 : 0) - chance;
-  for (size_t i = 0; i < Count; ++i) {
-    mixer.weights[i] = std::clamp(mixer.weights[i] + evidence[i] * miss / 32768, -(1 << 18), 1 << 18);
-    models[i]->learn(yes, most);
+
+  /// Codes the answer and learns from it.
+  template <class Coder>
+  TERRANE_INLINE bool code(Coder& coder, int most, bool yes = false) {
+    // note: one branch, and what follows from it on either side: what is learned, and what the caller does.
+    if (coder.codeOpen(chance_.bounded, yes)) {
+      learn(true, most);
+      return true;
+    }
+    learn(false, most);
+    return false;
   }
-  return yes;
-}
+
+ private:
+  TERRANE_INLINE void learn(bool answer, int most) {
+    const int32_t miss = (answer ? 65535 : 0) - chance_.exact;
+    // note: copies, for the compiler does not know that the models are different ones.
+    std::array<int32_t, Count> weights = mixer_->weights;
+#pragma GCC unroll 4
+    for (size_t i = 0; i < Count; ++i) {
+      weights[i] = AnswerMixer<Count>::bounded(weights[i] + dividedBy2ToThe<15>(evidence_[i] * miss));
+      AnswerModel model = *models_[i];
+      model.learn(answer, most);
+      *models_[i] = model;
+    }
+    mixer_->weights = weights;
+  }
+
+  std::array<AnswerModel*, Count> models_;
+  AnswerMixer<Count>* mixer_;
+  std::array<int32_t, Count> evidence_;
+  EvidenceTables::Chance chance_;
+};
 
 /// Bits that are as likely 1 as 0, the highest first.
 template <class Coder>
@@ -117,6 +177,7 @@ class BinaryWriter {
     }
     return yes;
   }
+  bool codeOpen(uint32_t chance, bool yes) { return code(chance, yes); }
   /// Appends a varint of the number of bytes, and the bytes. Empties the writer.
   void finish(std::vector<uint8_t>& out);
 
@@ -138,33 +199,59 @@ class BinaryReader {
   /// Finds the answers at the beginning of `bytes`; `used` is their length. Errors are relative to `bytes`.
   static Result<BinaryReader> open(std::span<const uint8_t> bytes, size_t& used);
 
-  bool code(uint32_t chance, bool = false) {
+  TERRANE_INLINE bool code(uint32_t chance, bool = false) {
     const uint32_t share = (range_ >> kChanceBits) * boundedChance(chance);
-    const bool yes = code_ < share;
+    const uint64_t wideShare = uint64_t{share} << 32;
+    const bool yes = code_ < wideShare;
     if (yes) {
       range_ = share;
     } else {
-      code_ -= share;
       range_ -= share;
+      code_ -= wideShare;
     }
-    while (range_ < 1U << 24) {
-      code_ = code_ << 8 | nextByte();
-      range_ <<= 8;
-    }
+    if (range_ < 1U << 24) normalise();
     return yes;
   }
-  bool finish() const { return next_ == end_; }
+  /// The same for an answer that is hard to guess, with a chance that is bounded.
+  TERRANE_INLINE bool codeOpen(uint32_t chance, bool = false) {
+    const uint32_t share = (range_ >> kChanceBits) * chance;
+    const uint64_t wideShare = uint64_t{share} << 32;
+    if (code_ < wideShare) {
+      range_ = share;
+      normalise();
+      return true;
+    }
+    range_ -= share;
+    code_ -= wideShare;
+    normalise();
+    return false;
+  }
+  bool finish() const { return taken_ - static_cast<size_t>(ahead_ / 8) >= size_; }
 
  private:
-  uint32_t nextByte() {
-    if (next_ < end_) return *next_++;
-    return 0;
+  /// note: the range has not become less than 24 * 256: it takes two bytes at most.
+  TERRANE_INLINE void normalise() {
+    const int shift = std::countl_zero(range_) & 24;
+    range_ <<= shift;
+    code_ <<= shift;
+    ahead_ -= shift;
+    if (ahead_ < 0) refill();
+  }
+  /// Takes four more bytes, beyond the end zeros.
+  void refill() {
+    uint32_t four = 0;
+    for (size_t i = taken_; i < taken_ + 4; ++i) four = four << 8 | (i < size_ ? bytes_[i] : 0U);
+    taken_ += 4;
+    code_ |= uint64_t{four} << -ahead_;
+    ahead_ += 32;
   }
 
-  const uint8_t* next_ = nullptr;
-  const uint8_t* end_ = nullptr;
+  const uint8_t* bytes_ = nullptr;
+  size_t size_ = 0;
+  size_t taken_ = 0;  ///< bytes, those beyond the end as well
   uint32_t range_ = 0xffffffffU;
-  uint32_t code_ = 0;
+  int ahead_ = -32;    ///< as many bits of `code_` below its upper half are bytes that come later
+  uint64_t code_ = 0;  ///< the code is its upper half
 };
 
 }  // namespace terrane

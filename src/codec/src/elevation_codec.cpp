@@ -240,12 +240,13 @@ Result<Head> readHead(ByteReader& in, const TileSamples* parent, int quadrant, c
   TERRANE_ASSIGN(const uint8_t stateBits, in.byte());
   TERRANE_ASSIGN(head.states, statesOfByte(stateBits, statesStart));
   TERRANE_TRY(readChildren(in, tile.children));
+  const SampleState usual = usualState(head.states);
   if (isRoot) {
     tile.samples.heights.resize(kTileSampleCount);
-    tile.samples.states.assign(kTileSampleCount, SampleState::Coded);
+    tile.samples.states.assign(kTileSampleCount, usual);
     TERRANE_TRY(readCorners(in, scale, tile.samples));
   } else {
-    copyParentSamples(*parent, quadrant, tile.samples);
+    copyParentSamples(*parent, quadrant, usual, tile.samples);
   }
   return head;
 }
@@ -309,12 +310,12 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
 }
 
 Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* parent, int quadrant,
-                        const ElevationScale& scale) {
+                        const ElevationScale& scale, Tile recycled) {
   const bool isRoot = parent == nullptr;
   ByteReader in(payload);
   TERRANE_TRY(readVersion(in));
   TERRANE_TRY(checkPayload(payload));
-  Tile tile;
+  Tile tile = std::move(recycled);
   TERRANE_ASSIGN(const Head head, readHead(in, parent, quadrant, scale, tile));
 
   // All segments are whole before any of them is decoded.

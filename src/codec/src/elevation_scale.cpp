@@ -48,7 +48,7 @@ uint8_t ElevationScale::codeFromError(double errorMeters) const {
 
 uint16_t ElevationScale::lowCode(double heightMeters) const {
   // The division may be off by a rounding, the comparison is what counts.
-  const double guess = std::floor((heightMeters - rangeBase) / rangeUnit);
+  const double guess = (heightMeters - rangeBase) / rangeUnit;
   int code = static_cast<int>(std::clamp(guess, 0.0, static_cast<double>(kLargestRangeCode)));
   while (code > 0 && heightFromRangeCode(static_cast<uint16_t>(code)) > heightMeters) --code;
   while (code < kLargestRangeCode && heightFromRangeCode(static_cast<uint16_t>(code + 1)) <= heightMeters)
@@ -57,7 +57,7 @@ uint16_t ElevationScale::lowCode(double heightMeters) const {
 }
 
 uint16_t ElevationScale::highCode(double heightMeters) const {
-  const double guess = std::ceil((heightMeters - rangeBase) / rangeUnit);
+  const double guess = (heightMeters - rangeBase) / rangeUnit;
   int code = static_cast<int>(std::clamp(guess, 0.0, static_cast<double>(kLargestRangeCode)));
   while (code < kLargestRangeCode && heightFromRangeCode(static_cast<uint16_t>(code)) < heightMeters) ++code;
   while (code > 0 && heightFromRangeCode(static_cast<uint16_t>(code - 1)) >= heightMeters) --code;

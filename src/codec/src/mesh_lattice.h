@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "terrane/tiling/tile_id.h"
 
 /// The diamond lattice (tiling/lattice.h) inside one tile, as meshes walk it: by level, with coordinates.
@@ -66,31 +68,67 @@ inline void visitMeshLevel(int level, Visit&& visit) {
     for (int x = (y / s) % 2 == 0 ? s : 0; x <= kTileCells; x += 2 * s) visit(MeshPoint{x, y});
 }
 
-/// Where a mesh level's patches have their sides.
-struct MeshSides {
-  int level;
-  int square;  ///< side of the squares whose sides and diagonals they are, in cells
+/// The level of the diamond at a sample; -1 at a tile's corners.
+inline int vertexLevel(MeshPoint p) {
+  const auto bits = static_cast<unsigned>(p.x) | static_cast<unsigned>(p.y);
+  const int s = static_cast<int>(bits & (~bits + 1U));
+  if (s == 0 || s >= kTileCells) return -1;
+  int level = 0;
+  while (meshHalfSize(level) > s) level += 2;
+  return (p.x / s) % 2 != 0 && (p.y / s) % 2 != 0 ? level : level + 1;
+}
 
-  explicit MeshSides(int meshLevel)
-      : level(meshLevel), square(kTileCells >> (meshLevel - meshLevel % 2) / 2) {}
-  /// On the border of a tile: this one or, beyond its own levels, one below it that has the level's patches
-  /// for its own. note: where that is not stored and its neighbour is, this tile's patches meet the
-  /// neighbour's there.
-  bool onTileBorder(MeshPoint p) const {
-    const int side = level % 2 == 0 && level > 0 ? 2 * square : square;
-    return p.x % side == 0 || p.y % side == 0;
+/// Twice the signed area; positive where a, b, c turn from x towards y.
+constexpr int doubleArea(MeshPoint a, MeshPoint b, MeshPoint c) {
+  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+/// The samples of a row that lie in a triangle whose corners turn from x towards y.
+struct RowSpan {
+  int first = 0;
+  int last = -1;
+};
+inline RowSpan rowOf(const MeshPoint (&corners)[3], int y) {
+  const auto floorDivide = [](int a, int b) { return a % b != 0 && a < 0 ? a / b - 1 : a / b; };
+  RowSpan out{0, kTileCells};
+  for (int i = 0; i < 3; ++i) {
+    // On the inner side of the edge p-q: (q - p) x (point - p) >= 0, linear in the point's x.
+    const MeshPoint p = corners[i], q = corners[(i + 1) % 3];
+    const int slope = p.y - q.y;
+    const int rest = (q.x - p.x) * (y - p.y) - slope * p.x;
+    if (slope > 0) out.first = std::max(out.first, -floorDivide(rest, slope));
+    if (slope < 0) out.last = std::min(out.last, floorDivide(rest, -slope));
+    if (slope == 0 && rest < 0) out.last = -1;
   }
-  bool onLine(MeshPoint p) const { return p.x % square == 0 || p.y % square == 0; }
-  /// On the diagonal of its square along which a patch of an even level has its hypotenuse.
-  bool onHypotenuseDiagonal(MeshPoint p) const {
+  return out;
+}
+
+/// Side, in cells, of the squares whose sides and diagonals are the sides of a mesh level's patches.
+constexpr int meshSquare(int level) {
+  return kTileCells >> level / 2;
+}
+
+/// Where a mesh level's patches have sides whose vertices are given: on hypotenuses, and on the borders of
+/// tiles.
+struct GivenSides {
+  int level;
+  int square;  ///< of the patches
+  int border;  ///< side of the squares, in cells, on whose borders vertices are given
+
+  GivenSides(int meshLevel, int borderSquare)
+      : level(meshLevel), square(meshSquare(meshLevel)), border(borderSquare) {}
+  bool has(MeshPoint p) const {
+    if (p.x % border == 0 || p.y % border == 0) return true;
+    const bool onLine = p.x % square == 0 || p.y % square == 0;
+    return level % 2 == 0 ? !onLine && onHypotenuse(p) : onLine;
+  }
+
+ private:
+  /// On the diagonal of its square along which patches of an even level have their hypotenuses.
+  bool onHypotenuse(MeshPoint p) const {
+    if (square == kTileCells) return false;  // the two triangles of the world's first level choose together
     const int x = p.x % square, y = p.y % square;
-    if (square == kTileCells) return false;  // both triangles of the world's first level are one patch each
     return ((p.x / square + p.y / square) & 1) == 0 ? x == y : x + y == square;
-  }
-  /// Are the vertices here given: on a hypotenuse, or on a tile's border?
-  bool isGiven(MeshPoint p) const {
-    if (onTileBorder(p)) return true;
-    return level % 2 == 0 ? !onLine(p) && onHypotenuseDiagonal(p) : onLine(p);
   }
 };
 

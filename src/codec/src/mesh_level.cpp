@@ -128,14 +128,17 @@ MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel*
     if (level == meshScale.firstLevel(id.isRoot())) inherited = inheritedVertices(inherited, id.quadrant());
   }
   const std::vector<float>& heights = tile.samples.heights;
-  const double alongSides = kShareAlongSides * meshScale.boundMeters(bintreeLevel + 1);
-  const std::vector<uint8_t> vertices = chooseMeshVertices(tile.samples, band, inherited, level, alongSides);
+  MeshLevelRule rule{level, kTileCells, kShareAlongSides * meshScale.boundMeters(bintreeLevel + 1)};
+  const int served = std::min(meshScale.grid.tileLevel(bintreeLevel), meshScale.finestLevel);
+  rule.borderSquare = kTileCells >> std::max(served - id.level, 0);
+  const std::vector<uint8_t> vertices = chooseMeshVertices(tile.samples, band, inherited, rule);
   const bool centerFalls = (id.col + id.row) % 2 == 0;
   const std::vector<float> coarse =
       before == nullptr ? heights : meshSurface(heights, inherited, level - 1, centerFalls);
 
   MeshLevel out;
   out.level = level;
+  out.centerFalls = centerFalls;
   const int count = patchCount(level);
   out.patches.reserve(static_cast<size_t>(count));
   for (int i = 0; i < count; ++i) {
@@ -146,10 +149,14 @@ MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel*
     patch.vertexCount = static_cast<uint32_t>(mesh.vertices.size());
     patch.firstIndex = static_cast<uint32_t>(out.indices.size());
     patch.indexCount = static_cast<uint32_t>(mesh.indices.size());
+    patch.bisectedCount = static_cast<uint32_t>(mesh.bisected);
+    patch.firstExtra = static_cast<uint32_t>(out.extras.size());
+    patch.extraCount = static_cast<uint32_t>(mesh.extras.size());
     patch.errorMeters = static_cast<float>(errorWithin(corners, blocks) + mesh.excessMeters);
     out.patches.push_back(patch);
     out.vertices.insert(out.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
     out.indices.insert(out.indices.end(), mesh.indices.begin(), mesh.indices.end());
+    out.extras.insert(out.extras.end(), mesh.extras.begin(), mesh.extras.end());
   }
   out.chosen = packed(vertices);
   return out;

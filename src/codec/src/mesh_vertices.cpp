@@ -37,14 +37,14 @@ bool leavesBand(const float* low, const float* high, int count, float first, flo
 /// Chooses the vertices of one level of a tile.
 class VertexChooser {
  public:
-  VertexChooser(const TileSamples& samples, const HeightBand& band, int level, double alongSidesMeters,
+  VertexChooser(const TileSamples& samples, const HeightBand& band, const MeshLevelRule& rule,
                 std::vector<uint8_t>& bits)
       : h_(samples.heights.data()),
         states_(samples.states.data()),
         low_(band.low.data()),
         high_(band.high.data()),
-        along_(static_cast<float>(alongSidesMeters)),
-        sides_(level),
+        along_(static_cast<float>(rule.alongSidesMeters)),
+        sides_(rule.level, rule.borderSquare),
         bits_(bits) {}
 
   void run() {
@@ -107,7 +107,7 @@ class VertexChooser {
   void decide(MeshPoint p, int level) {
     uint8_t& bits = bitsAt(p);
     const MeshDiamond d = meshDiamondAt(p, level);
-    if ((bits & kMeshVertex) == 0 && sides_.isGiven(p)) {
+    if ((bits & kMeshVertex) == 0 && sides_.has(p)) {
       for (int side = 0; side < 2; ++side) {
         if (!d.apexes[side].isInTile()) continue;
         const auto extra = static_cast<uint8_t>(kMeshExtraFirst << side);
@@ -131,7 +131,7 @@ class VertexChooser {
     if (level < sides_.level) return;
     uint8_t& bits = bitsAt(p);
     if ((bits & kMeshVertex) != 0) return;
-    if (sides_.isGiven(p)) {
+    if (sides_.has(p)) {
       bits |= static_cast<uint8_t>(kMeshExtraFirst << sideOf(meshDiamondAt(p, level), p, child));
     } else {
       bits |= kMeshVertex;
@@ -220,7 +220,7 @@ class VertexChooser {
   const float* low_;
   const float* high_;
   float along_;
-  MeshSides sides_;
+  GivenSides sides_;
   std::vector<uint8_t>& bits_;
 };
 
@@ -250,15 +250,14 @@ std::vector<uint8_t> measuredSamples(const TileSamples& samples) {
 }
 
 std::vector<uint8_t> chooseMeshVertices(const TileSamples& samples, const HeightBand& band,
-                                        std::span<const uint8_t> inherited, int level,
-                                        double alongSidesMeters) {
+                                        std::span<const uint8_t> inherited, const MeshLevelRule& rule) {
   TERRANE_CHECK(samples.heights.size() == kTileSampleCount && band.low.size() == kTileSampleCount &&
                     band.high.size() == kTileSampleCount,
                 "{}, {} and {} heights", samples.heights.size(), band.low.size(), band.high.size());
   TERRANE_CHECK(inherited.empty() || inherited.size() == kTileSampleCount, "{} bits", inherited.size());
   std::vector<uint8_t> out(kTileSampleCount, 0);
   for (size_t i = 0; i < inherited.size(); ++i) out[i] = inherited[i] & kMeshVertex;
-  VertexChooser(samples, band, level, alongSidesMeters, out).run();
+  VertexChooser(samples, band, rule, out).run();
   return out;
 }
 

@@ -31,7 +31,7 @@ struct NumberModels {
   std::array<AnswerModel, kSteps> goesOn;
 
   template <class Coder>
-  int32_t code(Coder& coder, int32_t value) {
+  TERRANE_INLINE int32_t code(Coder& coder, int32_t value) {
     constexpr int kMost = 60;
     const auto ask = [&](AnswerModel& model, bool yes) {
       yes = coder.code(model.chance, yes);
@@ -245,14 +245,14 @@ struct NodeModels {
   std::array<std::array<int, 2>, kNodeClasses> lastRange{};
 
   template <class Coder>
-  int32_t error(Coder& coder, NodeClass of, int32_t value) {
+  TERRANE_INLINE int32_t error(Coder& coder, NodeClass of, int32_t value) {
     int& last = lastError[static_cast<size_t>(of)];
     value = errors[static_cast<size_t>(of)][sizeClass(std::min(last, 8))].code(coder, value);
     last = (last + 2 * std::min(std::abs(value), 100) + 1) / 2;
     return value;
   }
   template <class Coder>
-  int32_t range(Coder& coder, NodeClass of, size_t side, int32_t value) {
+  TERRANE_INLINE int32_t range(Coder& coder, NodeClass of, size_t side, int32_t value) {
     int& last = lastRange[static_cast<size_t>(of)][side];
     value = ranges[static_cast<size_t>(of)][side][sizeClass(std::min(last, 8))].code(coder, value);
     last = (last + 2 * std::min(std::abs(value), 100) + 1) / 2;

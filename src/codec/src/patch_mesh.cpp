@@ -24,45 +24,6 @@ MeshPoint middleOf(MeshPoint a, MeshPoint b) {
   return {(a.x + b.x) / 2, (a.y + b.y) / 2};
 }
 
-/// Twice the signed area; positive where a, b, c turn from x towards y.
-int doubleArea(MeshPoint a, MeshPoint b, MeshPoint c) {
-  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-}
-
-int floorDivide(int a, int b) {
-  const int quotient = a / b;
-  return a % b != 0 && (a < 0) != (b < 0) ? quotient - 1 : quotient;
-}
-
-/// The samples of a row that lie in a triangle whose corners turn from x towards y.
-struct RowSpan {
-  int first = 0;
-  int last = -1;
-};
-RowSpan rowOf(const MeshPoint (&corners)[3], int y) {
-  RowSpan out{0, kTileCells};
-  for (int i = 0; i < 3; ++i) {
-    // On the inner side of the edge p-q: (q - p) x (point - p) >= 0, linear in the point's x.
-    const MeshPoint p = corners[i], q = corners[(i + 1) % 3];
-    const int slope = p.y - q.y;
-    const int rest = (q.x - p.x) * (y - p.y) - slope * p.x;
-    if (slope > 0) out.first = std::max(out.first, -floorDivide(rest, slope));
-    if (slope < 0) out.last = std::min(out.last, floorDivide(rest, -slope));
-    if (slope == 0 && rest < 0) out.last = -1;
-  }
-  return out;
-}
-
-/// The level of the diamond at a sample; -1 at a tile's corners.
-int vertexLevel(MeshPoint p) {
-  const auto bits = static_cast<unsigned>(p.x) | static_cast<unsigned>(p.y);
-  const int s = static_cast<int>(bits & (~bits + 1U));
-  if (s == 0 || s >= kTileCells) return -1;
-  int level = 0;
-  while (meshHalfSize(level) > s) level += 2;
-  return (p.x / s) % 2 != 0 && (p.y / s) % 2 != 0 ? level : level + 1;
-}
-
 /// Which samples are vertices of the patch at hand, and their numbers. Work space of a thread.
 struct PatchScratch {
   enum : uint8_t { kNo = 0, kYes = 1, kExtra = 2 };
@@ -188,6 +149,10 @@ class PatchMesher {
   void listTriangles() {
     out_.indices.clear();
     scratch_.loose.clear();
+    bisect();
+    out_.bisected = out_.triangles();
+  }
+  void bisect() {
     if (kindAt(middleOf(corners_[0], corners_[1])) == PatchScratch::kNo) {
       add(corners_[0], corners_[1], corners_[2]);
       return;
@@ -419,7 +384,11 @@ class PatchMesher {
     uint16_t kept = 0;
     for (size_t i = 0; i < vertices.size(); ++i) {
       scratch_.moved[i] = kept;
-      if (scratch_.isExtra[i] == 0) vertices[kept++] = vertices[i];
+      if (scratch_.isExtra[i] == 0) {
+        vertices[kept++] = vertices[i];
+      } else {
+        out_.extras.push_back(vertices[i].place);
+      }
     }
     vertices.resize(kept);
     for (uint16_t& index : out_.indices) index = scratch_.moved[index];
@@ -470,7 +439,7 @@ int patchCount(int level) {
 }
 
 PatchCorners patchCorners(int level, int index, bool centerFalls) {
-  const int square = MeshSides(level).square;
+  const int square = meshSquare(level);
   const int each = level % 2 == 0 ? 2 : 4;
   const int side = kTileCells / square;
   const int left = index / each % side * square, top = index / each / side * square;
@@ -496,7 +465,7 @@ PatchCorners patchCorners(int level, int index, bool centerFalls) {
 }
 
 int patchIndex(int level, std::array<int, 2> middle, std::array<int, 2> apex) {
-  const int square = MeshSides(level).square;
+  const int square = meshSquare(level);
   const int side = kTileCells / square;
   // Between hypotenuse and apex one is inside of the square.
   const int col = (middle[0] + apex[0]) / (2 * square), row = (middle[1] + apex[1]) / (2 * square);

@@ -6,10 +6,12 @@
 #include <optional>
 #include <utility>
 
+#include "parent_samples.h"
 #include "rans.h"
 #include "sample_grid.h"
 #include "sample_lattice.h"
 #include "sample_prediction.h"
+#include "sparse_level.h"
 #include "spread_chooser.h"
 #include "terrane/base/check.h"
 
@@ -32,7 +34,9 @@ void takeCorners(const TileSamples& samples, int s, const ElevationScale& scale,
   planes.corners.extend();
 }
 
+/// Makes the rims that the passes after this one look at.
 void finishPlane(LevelPlanes& planes, SampleKind kind) {
+  if (kind == SampleKind::VerticalEdge) return;
   planes.of(kind).extend();
   if (kind == SampleKind::QuadCenter) planes.quadMisses.repeat();
   if (kind == SampleKind::HorizontalEdge) planes.horizontalMisses.repeat();
@@ -46,7 +50,7 @@ struct Scratch {
   std::vector<uint8_t> contexts;
   std::vector<uint8_t> counts;
   VoidLevel voids;
-  std::array<int8_t, RowPrediction::kRoom> lastResiduals;
+  SparseLevel sparse;
 };
 Scratch& scratchOfThread() {
   thread_local Scratch scratch;
@@ -116,6 +120,7 @@ class LevelEncoder {
     resizePlanes(scratch_.planes, kTileCells / (2 * s));
     takeCorners(samples, s, scale, scratch_.planes);
     if (states.hasVoidAnswers()) scratch_.voids.begin(s, samples.states.data());
+    if (states.isSparse()) scratch_.sparse.begin(s, states.closed, samples.states.data());
   }
 
   void encode(std::vector<uint8_t>& out) {
@@ -148,24 +153,19 @@ class LevelEncoder {
 
   void encodeSparse(const Grid& grid, PairWeights weights) {
     if (ownStates_.anyCoded) codeWeights(answers_, grid.kind, weights);
-    scratch_.lastResiduals.fill(0);
+    scratch_.sparse.beginPass(grid);
     for (int y = 0; y < grid.rows; ++y) {
-      predictRow(scratch_.planes, grid.kind, y, weights, scratch_.predicted);
+      predictRow(scratch_.planes, grid.kind, y, allEights(grid.cols), weights, scratch_.predicted);
       encodeVoids(grid, y);
-      if (ownStates_.anyCoded) codeSparseRow(answers_, models_->sparse, sparseRow(grid, y));
+      RowBits coded;
+      RowBits voids;
+      const SampleState* states = samples_.states.data() + grid.indexOf(0, y);
+      LevelStates::take(states, 2 * s_, grid.cols, coded, voids);
+      if (ownStates_.anyCoded)
+        scratch_.sparse.codeRow(answers_, models_->sparse, scratch_.predicted, scratch_.planes, y, voids,
+                                coded);
       takeMisses(grid, y);
     }
-  }
-  SparseRow sparseRow(const Grid& grid, int y) {
-    // note: a writer changes no states.
-    auto* states = const_cast<SampleState*>(samples_.states.data());
-    return {grid,
-            y,
-            ownStates_.closed,
-            scratch_.predicted,
-            states,
-            scratch_.planes,
-            scratch_.lastResiduals.data()};
   }
 
   /// First what will be said, then how best to say it.
@@ -176,7 +176,7 @@ class LevelEncoder {
     residuals.clear();
     contexts.clear();
     for (int y = 0; y < grid.rows; ++y) {
-      predictRow(scratch_.planes, grid.kind, y, weights, scratch_.predicted);
+      predictRow(scratch_.planes, grid.kind, y, allEights(grid.cols), weights, scratch_.predicted);
       encodeVoids(grid, y);
       takeMisses(grid, y);
       const int32_t* values = scratch_.planes.of(grid.kind).row(y);
@@ -203,7 +203,7 @@ class LevelEncoder {
   }
   void takeMisses(const Grid& grid, int y) {
     if (int32_t* misses = missesRow(scratch_.planes, grid.kind, y))
-      setMisses(scratch_.planes.of(grid.kind).row(y), scratch_.predicted, grid.cols, misses);
+      setMisses(scratch_.planes.of(grid.kind).row(y), scratch_.predicted, allEights(grid.cols), misses);
   }
 
   /// The kind's step numbers into its plane, and which of them are coded.
@@ -274,9 +274,12 @@ class LevelDecoder {
         scale_(scale),
         models_(models),
         scratch_(scratchOfThread()) {
+    if (states.hasVoidAnswers()) scratch_.voids.begin(s, samples.states.data());
+    if (states.isSparse() || !states.anyCoded) interpolateHeights(s, samples.heights);
+    if (!states.anyCoded) return;
     resizePlanes(scratch_.planes, kTileCells / (2 * s));
     takeCorners(samples, s, scale, scratch_.planes);
-    if (states.hasVoidAnswers()) scratch_.voids.begin(s, samples.states.data());
+    if (states.isSparse()) scratch_.sparse.begin(s, states.closed, samples.states.data());
   }
 
   Result<size_t> decode(std::span<const uint8_t> bytes) {
@@ -333,51 +336,72 @@ class LevelDecoder {
 
   bool decodeKind(SampleKind kind, Segment& in) {
     const Grid grid(kind, s_);
+    if (!ownStates_.anyCoded) return decodeNone(grid, in);
     const bool ok = ownStates_.isSparse() ? decodeSparse(grid, in) : decodeDense(grid, in);
     finishPlane(scratch_.planes, kind);
     return ok && !outOfRange_;
   }
 
+  /// Where no sample is coded, no step number matters.
+  bool decodeNone(const Grid& grid, Segment& in) {
+    for (int y = 0; y < grid.rows; ++y) decodeVoids(grid, y, in);
+    return true;
+  }
+
   bool decodeSparse(const Grid& grid, Segment& in) {
     PairWeights weights = usualWeights(grid.kind);
-    if (ownStates_.anyCoded) codeWeights(in.answers, grid.kind, weights);
-    scratch_.lastResiduals.fill(0);
+    codeWeights(in.answers, grid.kind, weights);
+    scratch_.sparse.beginPass(grid);
+    if (grid.kind == SampleKind::HorizontalEdge) completeQuadMisses();
+    if (grid.kind == SampleKind::QuadCenter) quadWeights_ = weights;
     for (int y = 0; y < grid.rows; ++y) {
-      predictRow(scratch_.planes, grid.kind, y, weights, scratch_.predicted);
-      // note: what is not known yet is Coded.
-      setAll(grid, y, SampleState::Interpolated);
-      decodeVoids(grid, y, in);
-      const SparseRow row{grid,
-                          y,
-                          ownStates_.closed,
-                          scratch_.predicted,
-                          samples_.states.data(),
-                          scratch_.planes,
-                          scratch_.lastResiduals.data()};
+      const uint32_t eights = scratch_.sparse.eights(y);
       int32_t* values = scratch_.planes.of(grid.kind).row(y);
-      if (ownStates_.anyCoded) {
-        outOfRange_ |= !codeSparseRow(in.answers, models_->sparse, row);
-      } else {
-        for (int x = 0; x < grid.cols; ++x) values[x] = meanOfEnds(scratch_.predicted, x);
-      }
-      setHeights(grid, y, values);
-      takeMisses(grid, y);
+      // note: nobody looks at vertical edges.
+      if (grid.kind != SampleKind::VerticalEdge) setMeans(scratch_.planes, grid.kind, y, grid.cols, values);
+      if (eights != 0) predictRow(scratch_.planes, grid.kind, y, eights, weights, scratch_.predicted);
+      RowBits voids;
+      if (ownStates_.hasVoidAnswers())
+        voids = scratch_.voids.codeRow(in.answers, models_->voids, grid, y, samples_.states.data());
+      RowBits coded;
+      outOfRange_ |= !scratch_.sparse.codeRow(in.answers, models_->sparse, scratch_.predicted,
+                                              scratch_.planes, y, voids, coded);
+      setSamples(grid, y, coded, voids, values);
+      if (int32_t* misses = missesRow(scratch_.planes, grid.kind, y); misses != nullptr && eights != 0)
+        setMisses(values, scratch_.predicted, eights, misses);
     }
     return true;
+  }
+  /// Quad-centres of which nothing was asked have misses as well, where edges will ask for them.
+  void completeQuadMisses() {
+    constexpr SampleKind kKind = SampleKind::QuadCenter;
+    for (int y = 0; y < scratch_.planes.quads.rows(); ++y) {
+      const uint32_t eights = scratch_.sparse.eightsOfQuadMisses(y) & ~scratch_.sparse.eightsOf(kKind, y);
+      if (eights == 0) continue;
+      predictRow(scratch_.planes, kKind, y, eights, quadWeights_, scratch_.predicted);
+      setMisses(scratch_.planes.quads.row(y), scratch_.predicted, eights, scratch_.planes.quadMisses.row(y));
+    }
+    scratch_.planes.quadMisses.repeat();
+  }
+  /// What samples of a sparse tile's row have, but for those that are interpolated.
+  void setSamples(const Grid& grid, int y, const RowBits& coded, const RowBits& voids,
+                  const int32_t* values) {
+    SampleState* states = samples_.states.data() + grid.indexOf(0, y);
+    float* heights = samples_.heights.data() + grid.indexOf(0, y);
+    coded.forEach([&](int x) {
+      states[2 * x * s_] = SampleState::Coded;
+      heights[2 * x * s_] = scale_.heightFromInteger(values[x]);
+    });
+    voids.forEach([&](int x) { states[2 * x * s_] = SampleState::Void; });
   }
 
   bool decodeDense(const Grid& grid, Segment& in) {
     PairWeights weights = usualWeights(grid.kind);
     SpreadShifts shifts{};
-    if (ownStates_.hasNumbers() &&
-        !(readWeights(grid.kind, in.numbers, weights) && readShifts(in.numbers, shifts)))
-      return false;
+    if (!(readWeights(grid.kind, in.numbers, weights) && readShifts(in.numbers, shifts))) return false;
     for (int y = 0; y < grid.rows; ++y) {
-      predictRow(scratch_.planes, grid.kind, y, weights, scratch_.predicted);
-      if (!ownStates_.anyCoded) {
-        setAll(grid, y, SampleState::Void);
-        decodeSome(grid, y, shifts, in.numbers);
-      } else if (!decodeVoids(grid, y, in)) {
+      predictRow(scratch_.planes, grid.kind, y, allEights(grid.cols), weights, scratch_.predicted);
+      if (!decodeVoids(grid, y, in)) {
         decodeRange(grid, y, 0, grid.cols, shifts, in.numbers);
       } else if (const auto range = codedRange(grid, y)) {
         decodeRange(grid, y, range->first, range->second, shifts, in.numbers);
@@ -388,33 +412,19 @@ class LevelDecoder {
     return true;
   }
 
-  void setAll(const Grid& grid, int y, SampleState state) {
-    SampleState* states = samples_.states.data() + grid.indexOf(0, y);
-    for (int x = 0; x < grid.cols; ++x) states[2 * x * s_] = state;
-  }
   /// Sets a row's void samples; are there any?
   bool decodeVoids(const Grid& grid, int y, Segment& in) {
     if (!ownStates_.hasVoidAnswers()) return false;
-    const VoidRow& voids =
+    const RowBits& voids =
         scratch_.voids.codeRow(in.answers, models_->voids, grid, y, samples_.states.data());
     if (!voids.any()) return false;
     SampleState* states = samples_.states.data() + grid.indexOf(0, y);
     voids.forEach([&](int x) { states[2 * x * s_] = SampleState::Void; });
     return true;
   }
-  void setHeights(const Grid& grid, int y, const int32_t* values) {
-    const SampleState* states = samples_.states.data();
-    float* heights = samples_.heights.data();
-    for (int x = 0; x < grid.cols; ++x) {
-      const int at = grid.indexOf(x, y);
-      const int end = grid.toEnd(x, y);
-      heights[at] = states[at] == SampleState::Coded ? scale_.heightFromInteger(values[x])
-                                                     : (heights[at - end] + heights[at + end]) * 0.5F;
-    }
-  }
   void takeMisses(const Grid& grid, int y) {
     if (int32_t* misses = missesRow(scratch_.planes, grid.kind, y))
-      setMisses(scratch_.planes.of(grid.kind).row(y), scratch_.predicted, grid.cols, misses);
+      setMisses(scratch_.planes.of(grid.kind).row(y), scratch_.predicted, allEights(grid.cols), misses);
   }
 
   /// The first and one past the last coded sample of a row, where all between are coded as well.
@@ -502,6 +512,7 @@ class LevelDecoder {
   const ElevationScale& scale_;
   SampleModels* models_;
   Scratch& scratch_;
+  PairWeights quadWeights_{};
   bool outOfRange_ = false;
 };
 
@@ -545,6 +556,11 @@ OwnStates ownStatesOf(const std::vector<SampleState>& states, bool isRoot) {
     }
   }
   return own;
+}
+
+SampleState usualState(const OwnStates& states) {
+  if (states.isSparse()) return SampleState::Interpolated;
+  return states.anyCoded ? SampleState::Coded : SampleState::Void;
 }
 
 void encodeLevel(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sample_prediction.h"
-#include "sparse_coding.h"
+#include "sparse_level.h"
 #include "terrane/base/result.h"
 #include "terrane/codec/tile.h"
 #include "void_coding.h"
@@ -42,6 +42,9 @@ OwnStates ownStatesOf(const std::vector<SampleState>& states, bool isRoot);
 /// Appends the segments of a lattice level (half-size s): quad-centres, then edge-centres.
 void encodeLevel(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,
                  SampleModels* models, std::vector<uint8_t>& out);
+
+/// The state that a tile's own samples must have before they are decoded.
+SampleState usualState(const OwnStates& states);
 
 /// Reads them; the coarser samples must be there. Gives the number of bytes used. Errors are relative to
 /// `bytes`.

@@ -5,13 +5,12 @@
 #include <cmath>
 #include <cstring>
 
+#include "always_inline.h"
 #include "vector_clones.h"
 
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
-
-#define TERRANE_INLINE __attribute__((always_inline)) inline
 
 namespace terrane {
 namespace {
@@ -157,39 +156,56 @@ struct VerticalRows {
   TERRANE_INLINE Unsigned ends(int, const Stencil<10>& s, int) const { return s.pairs[0]; }
 };
 
-template <class Rows>
-TERRANE_INLINE void predictWith(const Rows& rows, int y, int count, const PairWeights& weights,
-                                RowPrediction& out) {
-  std::array<uint32_t, kLargestPairCount> wide{};
-  for (size_t i = 0; i < wide.size(); ++i) wide[i] = static_cast<uint32_t>(static_cast<int32_t>(weights[i]));
-  for (int x = 0; x < count; x += kLanes) {
-    const auto stencil = rows.stencil(x);
-    const Unsigned predicted = stencil.predict(wide);
-    const Unsigned bend = 2 * predicted - rows.ends(x, stencil, y);
-    // The exponent and the first two bits of a float are a logarithm in quarters of an octave.
-    const Unsigned size = (rows.size(x, stencil, predicted) & 0x3fffffffU) + 60;
-    const Signed quarters = asBits<Signed>(__builtin_convertvector(asBits<Signed>(size), Floats)) >> 21;
-    const Signed context = quarters - 531;
-    const Signed tooLarge = context >= kSizeContexts;
-    const Bytes narrow =
-        __builtin_convertvector((context & ~tooLarge) | ((kSizeContexts - 1) & tooLarge), Bytes);
-    std::memcpy(out.values.data() + x, &predicted, sizeof(predicted));
-    std::memcpy(out.bend.data() + x, &bend, sizeof(bend));
-    std::memcpy(out.context.data() + x, &narrow, sizeof(narrow));
+/// Calls visit(first, end) with the samples of each run of eights.
+template <class Visit>
+TERRANE_INLINE void forEachRun(uint32_t eights, Visit&& visit) {
+  while (eights != 0) {
+    const int first = std::countr_zero(eights);
+    const int end = first + std::countr_one(eights >> first);
+    visit(first * kLanes, end * kLanes);
+    eights = eights >> end << end;
   }
 }
 
-TERRANE_CLONES void predictQuads(const QuadRows& rows, int y, int count, const PairWeights& weights,
+template <class Rows>
+TERRANE_INLINE void predictEight(const Rows& rows, int x, int y,
+                                 const std::array<uint32_t, kLargestPairCount>& weights, RowPrediction& out) {
+  const auto stencil = rows.stencil(x);
+  const Unsigned predicted = stencil.predict(weights);
+  const Unsigned bend = 2 * predicted - rows.ends(x, stencil, y);
+  // The exponent and the first two bits of a float are a logarithm in quarters of an octave.
+  const Unsigned size = (rows.size(x, stencil, predicted) & 0x3fffffffU) + 60;
+  const Signed quarters = asBits<Signed>(__builtin_convertvector(asBits<Signed>(size), Floats)) >> 21;
+  const Signed context = quarters - 531;
+  const Signed tooLarge = context >= kSizeContexts;
+  const Bytes narrow =
+      __builtin_convertvector((context & ~tooLarge) | ((kSizeContexts - 1) & tooLarge), Bytes);
+  std::memcpy(out.values.data() + x, &predicted, sizeof(predicted));
+  std::memcpy(out.bend.data() + x, &bend, sizeof(bend));
+  std::memcpy(out.context.data() + x, &narrow, sizeof(narrow));
+}
+
+template <class Rows>
+TERRANE_INLINE void predictWith(const Rows& rows, int y, uint32_t eights, const PairWeights& weights,
+                                RowPrediction& out) {
+  std::array<uint32_t, kLargestPairCount> wide{};
+  for (size_t i = 0; i < wide.size(); ++i) wide[i] = static_cast<uint32_t>(static_cast<int32_t>(weights[i]));
+  forEachRun(eights, [&](int first, int end) TERRANE_INLINE_LAMBDA {
+    for (int x = first; x < end; x += kLanes) predictEight(rows, x, y, wide, out);
+  });
+}
+
+TERRANE_CLONES void predictQuads(const QuadRows& rows, int y, uint32_t eights, const PairWeights& weights,
                                  RowPrediction& out) {
-  predictWith(rows, y, count, weights, out);
+  predictWith(rows, y, eights, weights, out);
 }
-TERRANE_CLONES void predictHorizontal(const HorizontalRows& rows, int y, int count,
+TERRANE_CLONES void predictHorizontal(const HorizontalRows& rows, int y, uint32_t eights,
                                       const PairWeights& weights, RowPrediction& out) {
-  predictWith(rows, y, count, weights, out);
+  predictWith(rows, y, eights, weights, out);
 }
-TERRANE_CLONES void predictVertical(const VerticalRows& rows, int y, int count, const PairWeights& weights,
-                                    RowPrediction& out) {
-  predictWith(rows, y, count, weights, out);
+TERRANE_CLONES void predictVertical(const VerticalRows& rows, int y, uint32_t eights,
+                                    const PairWeights& weights, RowPrediction& out) {
+  predictWith(rows, y, eights, weights, out);
 }
 
 // ------------------------------------------------------------------------------------------------ fitting
@@ -300,26 +316,48 @@ const PairWeights& usualWeights(SampleKind kind) {
   return kUsual[static_cast<size_t>(kind)];
 }
 
-void predictRow(const LevelPlanes& planes, SampleKind kind, int y, const PairWeights& weights,
-                RowPrediction& out) {
+void predictRow(const LevelPlanes& planes, SampleKind kind, int y, uint32_t eights,
+                const PairWeights& weights, RowPrediction& out) {
   switch (kind) {
     case SampleKind::QuadCenter:
-      return predictQuads(QuadRows(planes, y), y, planes.quads.cols(), weights, out);
+      return predictQuads(QuadRows(planes, y), y, eights, weights, out);
     case SampleKind::HorizontalEdge:
-      return predictHorizontal(HorizontalRows(planes, y), y, planes.horizontal.cols(), weights, out);
+      return predictHorizontal(HorizontalRows(planes, y), y, eights, weights, out);
     case SampleKind::VerticalEdge:
-      return predictVertical(VerticalRows(planes, y), y, planes.vertical.cols(), weights, out);
+      return predictVertical(VerticalRows(planes, y), y, eights, weights, out);
   }
 }
 
-TERRANE_CLONES void setMisses(const int32_t* __restrict values, const RowPrediction& predicted, int count,
-                              int32_t* __restrict misses) {
+TERRANE_CLONES void setMisses(const int32_t* __restrict values, const RowPrediction& predicted,
+                              uint32_t eights, int32_t* __restrict misses) {
   constexpr int32_t kMost = 1 << 20;
   const int32_t* __restrict expected = predicted.values.data();
-  for (int x = 0; x < count; ++x) {
-    const auto miss =
-        static_cast<int32_t>(static_cast<uint32_t>(values[x]) - static_cast<uint32_t>(expected[x]));
-    misses[x] = std::max(std::min(miss, kMost), -std::max(miss, -kMost));
+  forEachRun(eights, [&](int first, int end) TERRANE_INLINE_LAMBDA {
+    for (int x = first; x < end; ++x) {
+      const auto miss =
+          static_cast<int32_t>(static_cast<uint32_t>(values[x]) - static_cast<uint32_t>(expected[x]));
+      misses[x] = std::max(std::min(miss, kMost), -std::max(miss, -kMost));
+    }
+  });
+}
+
+TERRANE_CLONES void setMeans(const LevelPlanes& planes, SampleKind kind, int y, int count,
+                             int32_t* __restrict values) {
+  const int32_t* north = planes.corners.row(y);
+  const int32_t* south = planes.corners.row(y + 1);
+  for (int x = 0; x < count; x += kLanes) {
+    const Row n{north}, s{south};
+    Unsigned ends;
+    if (kind == SampleKind::QuadCenter) {
+      constexpr Unsigned kOddLanes = {0, ~0U, 0, ~0U, 0, ~0U, 0, ~0U};
+      const Unsigned isOther = kOddLanes ^ (0U - static_cast<uint32_t>(y & 1));
+      const Unsigned usual = n(x) + s(x + 1);
+      ends = usual ^ ((usual ^ (n(x + 1) + s(x))) & isOther);
+    } else {
+      ends = n(x) + (kind == SampleKind::HorizontalEdge ? n(x + 1) : s(x));
+    }
+    const Signed mean = asBits<Signed>(ends) >> 1;
+    std::memcpy(values + x, &mean, sizeof(mean));
   }
 }
 

@@ -55,15 +55,25 @@ struct RowPrediction {
       64) std::array<int32_t, kRoom> bend;  ///< value less the mean of the hypotenuse's ends, in half steps
 };
 
+/// All samples of a row, as a bit for each eight of them: what is done for many at once may be done for some
+/// eights only.
+constexpr uint32_t allEights(int count) {
+  return (1U << ((count + 7) / 8)) - 1;
+}
+
 /// Predicts row y of a kind of samples from the planes before it, whose rims must be made.
-void predictRow(const LevelPlanes& planes, SampleKind kind, int y, const PairWeights& weights,
-                RowPrediction& out);
+void predictRow(const LevelPlanes& planes, SampleKind kind, int y, uint32_t eights,
+                const PairWeights& weights, RowPrediction& out);
 
 /// Step numbers stay exact in a float.
 inline constexpr int32_t kLargestInteger = (1 << 24) - 1;
 
 /// The sizes of what a row's predictions missed, bounded to 2^20.
-void setMisses(const int32_t* values, const RowPrediction& predicted, int count, int32_t* misses);
+void setMisses(const int32_t* values, const RowPrediction& predicted, uint32_t eights, int32_t* misses);
+
+/// What the samples of a row have as step numbers where they are not coded: the means of their ends. Whole
+/// vectors are written.
+void setMeans(const LevelPlanes& planes, SampleKind kind, int y, int count, int32_t* values);
 
 /// Samples in a row that are all coded: predictions and residuals make values, misses and heights. False
 /// where a value is beyond +- kLargestInteger.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 namespace terrane {
 namespace {
@@ -11,247 +12,320 @@ constexpr int kMost = 200;
 /// From this size context on, the lowest bits of a residual are plain: one more each octave.
 constexpr int kFirstShiftedSize = 24;
 
-uint32_t magnitude(int32_t value) {
-  return value < 0 ? 0U - static_cast<uint32_t>(value) : static_cast<uint32_t>(value);
+// note: signs are as good as random. What follows from one is arithmetic, for a branch would be guessed
+// wrong.
+TERRANE_INLINE uint32_t signOf(int32_t value) {
+  return static_cast<uint32_t>(value) >> 31;
 }
-size_t bendClass(uint32_t size) {
-  static constexpr std::array<uint8_t, 24> kClasses = {0, 0, 1, 2, 3, 4, 4, 5, 5, 6, 6, 6,
-                                                       7, 7, 7, 7, 8, 8, 8, 8, 8, 8, 8, 8};
-  return size < kClasses.size() ? kClasses[size] : SparseModels::kBends - 1;
+TERRANE_INLINE uint32_t magnitude(int32_t value) {
+  const uint32_t sign = signOf(value);
+  return (static_cast<uint32_t>(value) ^ (0U - sign)) + sign;
 }
-size_t missClass(uint32_t size) {
-  static constexpr std::array<uint8_t, 40> kClasses = {0, 1, 2, 3, 3, 4, 4, 5, 5, 5, 6, 6, 6, 6,
+TERRANE_INLINE size_t bendClass(uint32_t size) {
+  static constexpr std::array<uint8_t, 25> kClasses = {0, 0, 1, 2, 3, 4, 4, 5, 5, 6, 6, 6, 7,
+                                                       7, 7, 7, 8, 8, 8, 8, 8, 8, 8, 8, 9};
+  static_assert(kClasses.back() == SparseModels::kBends - 1);
+  return kClasses[std::min<size_t>(size, kClasses.size() - 1)];
+}
+TERRANE_INLINE size_t missClass(int32_t size) {
+  static constexpr std::array<uint8_t, 41> kClasses = {0, 1, 2, 3, 3, 4, 4, 5, 5, 5, 6, 6, 6, 6,
                                                        6, 7, 7, 7, 7, 7, 7, 7, 7, 8, 8, 8, 8, 8,
-                                                       8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8};
-  return size < kClasses.size() ? kClasses[size] : SparseModels::kMisses - 1;
+                                                       8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 9};
+  static_assert(kClasses.back() == SparseModels::kMisses - 1);
+  return kClasses[static_cast<size_t>(std::min<int32_t>(size, kClasses.size() - 1))];
 }
 /// Classes of what is a little further away: half as many.
-size_t farMissClass(uint32_t size) {
+TERRANE_INLINE size_t farMissClass(int32_t size) {
   return std::min<size_t>(missClass(size) / 2, 5);
 }
 
-/// What is known around one sample.
+/// How many of so many low bits are set.
+constexpr size_t countOf(size_t bits, int count) {
+  size_t sum = 0;
+  for (int i = 0; i < count; ++i) sum += bits >> i & 1;
+  return sum;
+}
+/// f(0) to f(kCount - 1).
+template <size_t kCount, class F>
+constexpr std::array<uint8_t, kCount> tableOf(F f) {
+  std::array<uint8_t, kCount> made{};
+  for (size_t i = 0; i < kCount; ++i) made[i] = static_cast<uint8_t>(f(i));
+  return made;
+}
+
+/// What one kind of samples looks at: which ones around are Coded, a bit each, and what predictions missed.
+/// count: how many are Coded, about, at most 7; more: the number R of the format.
+template <SampleKind kKind>
+class Around;
+
+template <>
+class Around<SampleKind::QuadCenter> {
+ public:
+  explicit Around(const SparseRow& row)
+      : north_(row.states.of(SampleKind::QuadCenter).coded(row.y - 1)),
+        p0_(row.states.corners().coded(row.y - 1)),
+        p1_(row.states.corners().coded(row.y)),
+        p2_(row.states.corners().coded(row.y + 1)),
+        p3_(row.states.corners().coded(row.y + 2)) {}
+
+  TERRANE_INLINE size_t coded(int x, size_t west) const {
+    // North-west, north and north-east come in another order.
+    static constexpr std::array<uint8_t, 8> kNorth = {0, 4, 2, 6, 8, 12, 10, 14};
+    static constexpr auto kSixteenEach = tableOf<512>([](size_t bits) { return 16 * countOf(bits, 9); });
+    const size_t corners = (p0_.around(x) & 3) | (p3_.around(x) & 3) << 2 | (p1_.around(x - 1) & 9) << 4 |
+                           (p2_.around(x - 1) & 9) << 5;
+    return west + kNorth[north_.around(x - 1) & 7] + kSixteenEach[corners];
+  }
+  TERRANE_INLINE static size_t count(size_t coded) {
+    static constexpr auto kCounts =
+        tableOf<256>([](size_t bits) { return countOf(bits, 4) + (bits / 16 + 1) / 3; });
+    return kCounts[coded];
+  }
+  TERRANE_INLINE static size_t more(size_t coded) { return coded / 32; }
+  TERRANE_INLINE static size_t misses(int, size_t near) { return 6 * near; }
+
+ private:
+  const RowBits& north_;
+  const RowBits& p0_;  ///< corner rows y - 1 to y + 2
+  const RowBits& p1_;
+  const RowBits& p2_;
+  const RowBits& p3_;
+};
+
+/// Of edges the first six bits are counted, and the first two once more.
+struct AroundEdge {
+  TERRANE_INLINE static size_t count(size_t coded) {
+    static constexpr auto kCounts = tableOf<64>([](size_t bits) { return countOf(bits, 6); });
+    return kCounts[coded & 63];
+  }
+  TERRANE_INLINE static size_t more(size_t coded) { return coded & 3; }
+};
+
+template <>
+class Around<SampleKind::HorizontalEdge> : public AroundEdge {
+ public:
+  explicit Around(const SparseRow& row)
+      : north_(row.states.of(SampleKind::HorizontalEdge).coded(row.y - 1)),
+        corners_(row.states.corners().coded(row.y)),
+        d1_(row.states.of(SampleKind::QuadCenter).coded(row.y - 1)),
+        d2_(row.states.of(SampleKind::QuadCenter).coded(row.y)),
+        m1_(row.planes.quadMisses.row(row.y - 1)),
+        m2_(row.planes.quadMisses.row(row.y)) {}
+
+  TERRANE_INLINE size_t coded(int x, size_t west) const {
+    const size_t north = north_.around(x) & 1;
+    const size_t above = d1_.around(x - 1);
+    const size_t below = d2_.around(x - 1);
+    const size_t corners = corners_.around(x - 1);
+    return west | north << 1 | (above & 1) << 2 | (above & 4) << 1 | (below & 1) << 4 | (below & 4) << 3 |
+           (corners & 1) << 6 | (corners & 8) << 4;
+  }
+  TERRANE_INLINE size_t misses(int x, size_t) const {
+    return 6 * missClass(m1_[x] + m2_[x]) + farMissClass(m1_[x - 1] + m2_[x - 1] + m1_[x + 1] + m2_[x + 1]);
+  }
+
+ private:
+  const RowBits& north_;
+  const RowBits& corners_;
+  const RowBits& d1_;  ///< quad-centre rows y - 1 and y
+  const RowBits& d2_;
+  const int32_t* m1_;  ///< their misses
+  const int32_t* m2_;
+};
+
+template <>
+class Around<SampleKind::VerticalEdge> : public AroundEdge {
+ public:
+  explicit Around(const SparseRow& row)
+      : north_(row.states.of(SampleKind::VerticalEdge).coded(row.y - 1)),
+        h1_(row.states.of(SampleKind::HorizontalEdge).coded(row.y)),
+        h2_(row.states.of(SampleKind::HorizontalEdge).coded(row.y + 1)),
+        d0_(row.states.of(SampleKind::QuadCenter).coded(row.y - 1)),
+        d2_(row.states.of(SampleKind::QuadCenter).coded(row.y + 1)),
+        m1_(row.planes.quadMisses.row(row.y)),
+        n1_(row.planes.horizontalMisses.row(row.y)),
+        n2_(row.planes.horizontalMisses.row(row.y + 1)) {}
+
+  TERRANE_INLINE size_t coded(int x, size_t west) const {
+    static constexpr std::array<uint8_t, 16> kQuads = tableOf<16>([](size_t bits) {
+      const size_t quads = countOf(bits, 4);
+      return 64 * (quads == 0 ? 0 : quads < 3 ? 1 : quads - 1);
+    });
+    const size_t north = north_.around(x) & 1;
+    const size_t quads = (d0_.around(x - 1) & 3) | (d2_.around(x - 1) & 3) << 2;
+    return west | north << 1 | (h1_.around(x - 1) & 3) << 2 | (h2_.around(x - 1) & 3) << 4 | kQuads[quads];
+  }
+  TERRANE_INLINE size_t misses(int x, size_t) const {
+    return 6 * missClass(m1_[x - 1] + m1_[x]) + farMissClass(n1_[x - 1] + n1_[x] + n2_[x - 1] + n2_[x]);
+  }
+
+ private:
+  const RowBits& north_;
+  const RowBits& h1_;  ///< horizontal edges' rows y and y + 1
+  const RowBits& h2_;
+  const RowBits& d0_;  ///< quad-centre rows y - 1 and y + 1
+  const RowBits& d2_;
+  const int32_t* m1_;  ///< misses of quad-centre row y
+  const int32_t* n1_;  ///< misses of the horizontal edges
+  const int32_t* n2_;
+};
+
+/// What is known of one sample.
 struct Surroundings {
-  size_t kind = 0;
-  size_t bend = 0;  ///< class
-  bool bendsDown = false;
-  size_t size = 0;    ///< size context
-  size_t coded = 0;   ///< which samples around are Coded
-  size_t count = 0;   ///< how many, about
-  size_t misses = 0;  ///< classes of what predictions missed around
-  size_t more = 0;
-  int west = 0;  ///< residuals of the same kind
-  int north = 0;
+  size_t bend;        ///< class
+  size_t signedBend;  ///< the same, and its sign
+  size_t size;        ///< size context
+  int west;           ///< residuals of the same kind
+  int north;
+  size_t near;   ///< class of their sizes
+  size_t coded;  ///< which samples around are Coded
+  size_t count;  ///< how many, about
 };
 
-/// Finds it.
-class Looking {
+/// What is asked about a sample, of a tile's models.
+class Questions {
  public:
-  explicit Looking(const SparseRow& row) : row_(row), s_(row.grid.s) {}
+  using Models = SparseModels;
 
-  Surroundings at(int x, int west, int north) const {
-    const auto i = static_cast<size_t>(x);
-    Surroundings out;
-    out.kind = static_cast<size_t>(row_.grid.kind);
-    out.bend = bendClass(magnitude(row_.predicted.bend[i]));
-    out.bendsDown = row_.predicted.bend[i] < 0;
-    out.size = std::min<size_t>(row_.predicted.context[i], SparseModels::kSizes - 1);
-    out.west = west;
-    out.north = north;
-    const int at = row_.grid.indexOf(x, row_.y);
-    col_ = at % kTileSamples;
-    line_ = at / kTileSamples;
-    switch (row_.grid.kind) {
-      case SampleKind::QuadCenter:
-        aroundQuad(out);
-        break;
-      case SampleKind::HorizontalEdge:
-        aroundHorizontal(x, out);
-        break;
-      case SampleKind::VerticalEdge:
-        aroundVertical(x, out);
-        break;
-    }
-    return out;
+  Questions(SparseModels& models, SampleKind kind)
+      : all_(models), models_(models.kinds[static_cast<size_t>(kind)]), tables_(evidenceTables()) {}
+
+  TERRANE_INLINE MixedQuestion<3> isOwn(const Surroundings& a, size_t misses, size_t more) const {
+    return {tables_,
+            {&models_.ownByBend[a.bend * Models::kSizes + a.size],
+             &models_.ownByCoded[a.coded * 4 + std::min<size_t>(a.bend / 2, 3)],
+             &models_.ownByMisses[misses * 6 + more]},
+            models_.ownMixers[a.count]};
+  }
+  TERRANE_INLINE MixedQuestion<3> isZero(const Surroundings& a) const {
+    const int residuals = 5 * std::min(std::abs(a.west), 4) + std::min(std::abs(a.north), 4);
+    return {
+        tables_,
+        {&models_.zeroBySize[a.size], &models_.zeroByBend[a.signedBend * 5 + std::min<size_t>(a.count, 4)],
+         &models_.zeroByResiduals[static_cast<size_t>(residuals) * 4 + std::min<size_t>(a.size / 4, 3)]},
+        models_.zeroMixer};
+  }
+  TERRANE_INLINE MixedQuestion<2> isNegative(const Surroundings& a) const {
+    const auto sign = [](int value) {
+      return static_cast<size_t>((value > 0 ? 2 : 1) - (value < 0 ? 1 : 0));
+    };
+    return {tables_,
+            {&models_.signByBend[a.signedBend], &models_.signByResiduals[3 * sign(a.west) + sign(a.north)]},
+            models_.signMixer};
+  }
+  TERRANE_INLINE MixedQuestion<2> isLarger(const Surroundings& a, size_t than) const {
+    return {tables_,
+            {&all_.largerBySize[a.size * Models::kSteps + than],
+             &all_.largerByResiduals[a.near * Models::kSteps + than]},
+            all_.largerMixers[std::min<size_t>(than, 4) - 1]};
   }
 
  private:
-  /// Is the sample so many half-sizes away Coded? Beyond the tile all are.
-  size_t coded(int right, int down) const {
-    const int col = col_ + right * s_;
-    const int line = line_ + down * s_;
-    if (col < 0 || line < 0 || col > kTileCells || line > kTileCells) return 1;
-    return row_.states[line * kTileSamples + col] == SampleState::Coded ? 1 : 0;
-  }
-
-  void aroundQuad(Surroundings& out) const {
-    const size_t west = coded(-2, 0), north = coded(0, -2), northWest = coded(-2, -2),
-                 northEast = coded(2, -2);
-    size_t corners = 0;
-    for (const int side : {-1, 1}) {
-      for (const int far : {-3, 3}) corners += coded(side, far) + coded(far, side);
-    }
-    out.coded = west + 2 * north + 4 * northWest + 8 * northEast + 16 * corners;
-    out.count = west + north + northWest + northEast + (corners + 1) / 3;
-    out.misses = 6 * missClass(magnitude(out.west) + magnitude(out.north));
-    out.more = corners / 2;
-  }
-  void aroundHorizontal(int x, Surroundings& out) const {
-    const size_t west = coded(-2, 0), north = coded(0, -2);
-    const size_t quads[] = {coded(-2, -1), coded(2, -1), coded(-2, 1), coded(2, 1)};
-    out.coded = west + 2 * north + 4 * quads[0] + 8 * quads[1] + 16 * quads[2] + 32 * quads[3] +
-                64 * coded(-3, 0) + 128 * coded(3, 0);
-    out.count = west + north + quads[0] + quads[1] + quads[2] + quads[3];
-    const int32_t* above = row_.planes.quadMisses.row(row_.y - 1) + x;
-    const int32_t* below = row_.planes.quadMisses.row(row_.y) + x;
-    out.misses =
-        6 * missClass(magnitude(above[0]) + magnitude(below[0])) +
-        farMissClass(magnitude(above[-1]) + magnitude(below[-1]) + magnitude(above[1]) + magnitude(below[1]));
-    out.more = west + 2 * north;
-  }
-  void aroundVertical(int x, Surroundings& out) const {
-    const size_t west = coded(-2, 0), north = coded(0, -2);
-    const size_t edges[] = {coded(-1, -1), coded(1, -1), coded(-1, 1), coded(1, 1)};
-    const size_t quads = coded(-1, -2) + coded(1, -2) + coded(-1, 2) + coded(1, 2);
-    out.coded = west + 2 * north + 4 * edges[0] + 8 * edges[1] + 16 * edges[2] + 32 * edges[3] +
-                64 * (quads == 0  ? 0
-                      : quads < 3 ? 1
-                                  : quads - 1);
-    out.count = west + north + edges[0] + edges[1] + edges[2] + edges[3];
-    const int32_t* quad = row_.planes.quadMisses.row(row_.y) + x;
-    const int32_t* above = row_.planes.horizontalMisses.row(row_.y) + x;
-    const int32_t* below = row_.planes.horizontalMisses.row(row_.y + 1) + x;
-    out.misses =
-        6 * missClass(magnitude(quad[-1]) + magnitude(quad[0])) +
-        farMissClass(magnitude(above[-1]) + magnitude(above[0]) + magnitude(below[-1]) + magnitude(below[0]));
-    out.more = west + 2 * north;
-  }
-
-  const SparseRow& row_;
-  int s_;
-  mutable int col_ = 0;
-  mutable int line_ = 0;
-};
-
-/// Asks a tile's models.
-template <class Coder>
-class Asking {
- public:
-  Asking(Coder& coder, SparseModels& models) : coder_(coder), models_(models), tables_(evidenceTables()) {}
-
-  bool isOwn(const Surroundings& a, bool yes) {
-    const size_t k = a.kind;
-    return codeMixed<Coder, 3>(
-        coder_, tables_,
-        {&models_.ownByBend[(k * SparseModels::kBends + a.bend) * SparseModels::kSizes + a.size],
-         &models_.ownByCoded[(k * 256 + a.coded) * 4 + std::min<size_t>(a.bend / 2, 3)],
-         &models_.ownByMisses[(k * SparseModels::kMisses * 6 + a.misses) * 6 + a.more]},
-        models_.ownMixers[k * 8 + std::min<size_t>(a.count, 7)], kMost, yes);
-  }
-
-  int32_t residual(const Surroundings& a, int plainBits, int32_t value) {
-    const int32_t upper = value >> plainBits;
-    int32_t out = 0;
-    if (!isZero(a, upper == 0)) {
-      const bool negative = isNegative(a, upper < 0);
-      const auto size = static_cast<int32_t>(sizeOf(a, magnitude(upper)));
-      out = negative ? -size : size;
-    }
-    return static_cast<int32_t>(static_cast<uint32_t>(out) << plainBits |
-                                codePlain(coder_, static_cast<uint32_t>(value), plainBits));
-  }
-
- private:
-  static size_t signedBend(const Surroundings& a) {
-    return a.bend + (a.bendsDown ? SparseModels::kBends : 0);
-  }
-
-  bool isZero(const Surroundings& a, bool yes) {
-    const size_t k = a.kind;
-    const size_t residuals =
-        5 * std::min<size_t>(magnitude(a.west), 4) + std::min<size_t>(magnitude(a.north), 4);
-    return codeMixed<Coder, 3>(
-        coder_, tables_,
-        {&models_.zeroBySize[k * SparseModels::kSizes + a.size],
-         &models_
-              .zeroByBend[(k * 2 * SparseModels::kBends + signedBend(a)) * 5 + std::min<size_t>(a.count, 4)],
-         &models_.zeroByResiduals[(k * 25 + residuals) * 4 + std::min<size_t>(a.size / 4, 3)]},
-        models_.zeroMixers[k], kMost, yes);
-  }
-  bool isNegative(const Surroundings& a, bool yes) {
-    const size_t k = a.kind;
-    const auto sign = [](int value) { return static_cast<size_t>(value < 0 ? 0 : value == 0 ? 1 : 2); };
-    return codeMixed<Coder, 2>(coder_, tables_,
-                               {&models_.signByBend[k * 2 * SparseModels::kBends + signedBend(a)],
-                                &models_.signByResiduals[k * 9 + 3 * sign(a.west) + sign(a.north)]},
-                               models_.signMixers[k], kMost, yes);
-  }
-  uint32_t sizeOf(const Surroundings& a, uint32_t size) {
-    const size_t near = missClass(magnitude(a.west) + magnitude(a.north));
-    for (uint32_t i = 1; i < SparseModels::kSteps; ++i) {
-      const bool isLarger =
-          codeMixed<Coder, 2>(coder_, tables_,
-                              {&models_.largerBySize[a.size * SparseModels::kSteps + i],
-                               &models_.largerByResiduals[near * SparseModels::kSteps + i]},
-                              models_.largerMixers[std::min<uint32_t>(i, 4) - 1], kMost, size > i);
-      if (!isLarger) return i;
-    }
-    return SparseModels::kSteps + codeLarge(coder_, size - static_cast<uint32_t>(SparseModels::kSteps));
-  }
-
-  Coder& coder_;
-  SparseModels& models_;
+  SparseModels& all_;
+  SparseModels::OfKind& models_;
   const EvidenceTables& tables_;
 };
+
+/// How large a residual is that is not zero; `isLarger`: than 1.
+template <class Coder>
+TERRANE_INLINE uint32_t codeSize(Coder& coder, const Questions& questions, const Surroundings& a,
+                                 MixedQuestion<2> isLarger, uint32_t size) {
+  // Up to four each step has a mixer of its own, so that the next one is asked ahead.
+  for (uint32_t i = 1; i < 4; ++i) {
+    MixedQuestion<2> next = questions.isLarger(a, i + 1);
+    if (!isLarger.code(coder, kMost, size > i)) return i;
+    isLarger = next;
+  }
+  if (!isLarger.code(coder, kMost, size > 4)) return 4;
+  for (uint32_t i = 5; i < SparseModels::kSteps; ++i) {
+    if (!questions.isLarger(a, i).code(coder, kMost, size > i)) return i;
+  }
+  return SparseModels::kSteps + codeLarge(coder, size - static_cast<uint32_t>(SparseModels::kSteps));
+}
+
+/// The upper part of a residual.
+template <class Coder>
+TERRANE_INLINE int32_t codeResidual(Coder& coder, const Questions& questions, const Surroundings& a,
+                                    MixedQuestion<3> isZero, int32_t value) {
+  MixedQuestion<2> isNegative = questions.isNegative(a);
+  if (isZero.code(coder, kMost, value == 0)) return 0;
+  const MixedQuestion<2> isLarger = questions.isLarger(a, 1);
+  const int32_t negative = isNegative.code(coder, kMost, value < 0) ? 1 : 0;
+  const auto size = static_cast<int32_t>(codeSize(coder, questions, a, isLarger, magnitude(value)));
+  return (size ^ -negative) + negative;
+}
+
+template <SampleKind kKind, class Coder>
+bool codeRow(Coder& coder, SparseModels& models, const SparseRow& row, RowBits& coded) {
+  const Around<kKind> around(row);
+  // note: a coder of our own, of which nobody else knows, stays in registers.
+  Coder own = std::move(coder);
+  const Questions questions(models, kKind);
+  int32_t* values = row.planes.of(kKind).row(row.y);
+  uint32_t outOfRange = 0;
+  int last = -1;  // the first sample to the west counts as Coded
+  int lastResidual = 0;
+  row.asked.forEach([&](int x) TERRANE_INLINE_LAMBDA {
+    const auto at = static_cast<size_t>(x);
+    const int32_t bend = row.predicted.bend[at];
+    const int westIsCoded = last == x - 1 ? 1 : 0;
+    Surroundings a;
+    a.bend = bendClass(magnitude(bend));
+    a.signedBend = a.bend + signOf(bend) * SparseModels::kBends;
+    a.size = std::min<size_t>(row.predicted.context[at], SparseModels::kSizes - 1);
+    a.west = lastResidual & -westIsCoded;
+    a.north = row.north[at];
+    a.near = missClass(std::abs(a.west) + std::abs(a.north));
+    a.coded = around.coded(x, static_cast<size_t>(westIsCoded));
+    a.count = around.count(a.coded);
+    MixedQuestion<3> isOwn = questions.isOwn(a, around.misses(x, a.near), around.more(a.coded));
+    const MixedQuestion<3> isZero = questions.isZero(a);
+    if (!isOwn.code(own, kMost, !Coder::kReads && coded.at(x))) return;
+
+    const auto expected = static_cast<uint32_t>(row.predicted.values[at]);
+    const int plainBits = std::max(0, (row.predicted.context[at] - kFirstShiftedSize) / 4);
+    const int32_t known =
+        Coder::kReads ? 0 : static_cast<int32_t>(static_cast<uint32_t>(values[x]) - expected);
+    const int32_t upper = codeResidual(own, questions, a, isZero, known >> plainBits);
+    const auto residual = static_cast<int32_t>(static_cast<uint32_t>(upper) << plainBits |
+                                               codePlain(own, static_cast<uint32_t>(known), plainBits));
+    if constexpr (Coder::kReads) {
+      coded.set(x);
+      values[x] = static_cast<int32_t>(expected + static_cast<uint32_t>(residual));
+      outOfRange |= magnitude(values[x]) > kLargestInteger ? 1 : 0;
+    }
+    last = x;
+    lastResidual = std::clamp(residual, -100, 100);
+    row.residuals[at] = static_cast<int16_t>(lastResidual);
+  });
+  coder = std::move(own);
+  return outOfRange == 0;
+}
 
 }  // namespace
 
 SparseModels::SparseModels() {
-  for (auto& mixer : ownMixers) mixer.weights.fill(23000);
-  for (auto& mixer : zeroMixers) mixer.weights.fill(23000);
-  for (auto& mixer : signMixers) mixer.weights.fill(36000);
+  for (OfKind& kind : kinds) {
+    for (auto& mixer : kind.ownMixers) mixer.weights.fill(23000);
+    kind.zeroMixer.weights.fill(23000);
+    kind.signMixer.weights.fill(36000);
+  }
   for (auto& mixer : largerMixers) mixer.weights.fill(36000);
 }
 
 template <class Coder>
-bool codeSparseRow(Coder& coder, SparseModels& models, const SparseRow& row) {
-  const Looking looking(row);
-  Asking<Coder> asking(coder, models);
-  const Grid& grid = row.grid;
-  int32_t* values = row.planes.of(grid.kind).row(row.y);
-  bool isInRange = true;
-  int8_t west = 0;
-  for (int x = 0; x < grid.cols; ++x) {
-    SampleState& state = row.states[grid.indexOf(x, row.y)];
-    int8_t& last = row.lastResiduals[x];
-    bool isCoded =
-        state != SampleState::Void && !(row.closed && grid.hasInterpolatedParent(x, row.y, row.states));
-    int32_t residual = 0;
-    if (isCoded) {
-      const Surroundings around = looking.at(x, west, last);
-      isCoded = asking.isOwn(around, state == SampleState::Coded);
-      if (isCoded) {
-        const auto at = static_cast<size_t>(x);
-        const auto expected = static_cast<uint32_t>(row.predicted.values[at]);
-        const int plainBits = std::max(0, (row.predicted.context[at] - kFirstShiftedSize) / 4);
-        const int32_t known =
-            Coder::kReads ? 0 : static_cast<int32_t>(static_cast<uint32_t>(values[x]) - expected);
-        residual = asking.residual(around, plainBits, known);
-        if constexpr (Coder::kReads) {
-          values[x] = static_cast<int32_t>(expected + static_cast<uint32_t>(residual));
-          isInRange &= values[x] <= kLargestInteger && values[x] >= -kLargestInteger;
-        }
-      }
-    }
-    if constexpr (Coder::kReads) {
-      if (!isCoded) values[x] = meanOfEnds(row.predicted, x);
-      if (state != SampleState::Void) state = isCoded ? SampleState::Coded : SampleState::Interpolated;
-    }
-    west = last = static_cast<int8_t>(std::clamp(residual, -100, 100));
+bool codeSparseRow(Coder& coder, SparseModels& models, const SparseRow& row, RowBits& coded) {
+  switch (row.kind) {
+    case SampleKind::QuadCenter:
+      return codeRow<SampleKind::QuadCenter>(coder, models, row, coded);
+    case SampleKind::HorizontalEdge:
+      return codeRow<SampleKind::HorizontalEdge>(coder, models, row, coded);
+    case SampleKind::VerticalEdge:
+      break;
   }
-  return isInRange;
+  return codeRow<SampleKind::VerticalEdge>(coder, models, row, coded);
 }
-template bool codeSparseRow(BinaryWriter& coder, SparseModels& models, const SparseRow& row);
-template bool codeSparseRow(BinaryReader& coder, SparseModels& models, const SparseRow& row);
+template bool codeSparseRow(BinaryWriter& coder, SparseModels& models, const SparseRow& row, RowBits& coded);
+template bool codeSparseRow(BinaryReader& coder, SparseModels& models, const SparseRow& row, RowBits& coded);
 
 }  // namespace terrane

@@ -2,10 +2,9 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
 
 #include "binary_coding.h"
-#include "sample_grid.h"
+#include "level_states.h"
 
 /// Samples of tiles of which some are Interpolated: for each whether it has a height of its own, and if so
 /// its residual, in answers (docs/format/elevation-v4.md, "Sparse tiles").
@@ -13,25 +12,28 @@ namespace terrane {
 
 /// What the answers about a tile's samples have taught so far.
 struct SparseModels {
-  static constexpr size_t kKinds = 3;
   static constexpr size_t kBends = 10;   ///< classes of the bend's size
   static constexpr size_t kSizes = 24;   ///< size contexts
   static constexpr size_t kMisses = 10;  ///< classes of residuals' sizes
   static constexpr size_t kSteps = 16;   ///< up to which a residual is said one by one
 
-  // Has it a height of its own?
-  std::array<AnswerModel, kKinds * kBends * kSizes> ownByBend;
-  std::array<AnswerModel, kKinds * 256 * 4> ownByCoded;
-  std::array<AnswerModel, kKinds * kMisses * 6 * 6> ownByMisses;
-  std::array<AnswerMixer<3>, kKinds * 8> ownMixers;
-  // Is its residual zero? Negative? Larger than so many?
-  std::array<AnswerModel, kKinds * kSizes> zeroBySize;
-  std::array<AnswerModel, kKinds * 2 * kBends * 5> zeroByBend;
-  std::array<AnswerModel, kKinds * 25 * 4> zeroByResiduals;
-  std::array<AnswerMixer<3>, kKinds> zeroMixers;
-  std::array<AnswerModel, kKinds * 2 * kBends> signByBend;
-  std::array<AnswerModel, kKinds * 9> signByResiduals;
-  std::array<AnswerMixer<2>, kKinds> signMixers;
+  struct OfKind {
+    // Has it a height of its own?
+    std::array<AnswerModel, kBends * kSizes> ownByBend;
+    std::array<AnswerModel, 256 * 4> ownByCoded;
+    std::array<AnswerModel, kMisses * 6 * 6> ownByMisses;
+    std::array<AnswerMixer<3>, 8> ownMixers;
+    // Is its residual zero? Negative?
+    std::array<AnswerModel, kSizes> zeroBySize;
+    std::array<AnswerModel, 2 * kBends * 5> zeroByBend;
+    std::array<AnswerModel, 25 * 4> zeroByResiduals;
+    AnswerMixer<3> zeroMixer;
+    std::array<AnswerModel, 2 * kBends> signByBend;
+    std::array<AnswerModel, 9> signByResiduals;
+    AnswerMixer<2> signMixer;
+  };
+  std::array<OfKind, kSampleKinds> kinds;
+  // Is it larger than so many?
   std::array<AnswerModel, kSizes * kSteps> largerBySize;
   std::array<AnswerModel, kMisses * kSteps> largerByResiduals;
   std::array<AnswerMixer<2>, 4> largerMixers;
@@ -39,23 +41,29 @@ struct SparseModels {
   SparseModels();
 };
 
-/// A row of samples, before and after. The writer finds all of it there; for the reader states are Void or
-/// anything else, and it fills in the rest.
+/// The residuals of a row, bounded; 0 where not Coded.
+using RowResiduals = std::array<int16_t, RowPrediction::kRoom>;
+
+/// A row of samples, before and after.
 struct SparseRow {
-  const Grid& grid;
+  SampleKind kind;
   int y;
-  bool closed;  ///< no sample is Coded whose parent in this tile is Interpolated
+  const RowBits& asked;  ///< of which samples it is said whether they are Coded
   const RowPrediction& predicted;
-  SampleState* states;    ///< of the tile
-  LevelPlanes& planes;    ///< values: step numbers, those of samples that are not Coded as well
-  int8_t* lastResiduals;  ///< those of the row before, bounded, 0 where not Coded; then this row's
+  const LevelStates& states;  ///< of the rows and passes before
+  LevelPlanes& planes;        ///< values: the step numbers of Coded samples; the writer's are there
+  const RowResiduals& north;  ///< those of the row before
+  RowResiduals& residuals;    ///< all 0 before
 };
 
-/// Codes which samples of a row are Coded, and their values. False where a value is beyond
+/// Codes which samples of a row are Coded, and their values: the writer finds both there, the reader leaves
+/// them there. `coded`: nothing but samples that are asked about. False where a value is beyond
 /// +- kLargestInteger.
 template <class Coder>
-bool codeSparseRow(Coder& coder, SparseModels& models, const SparseRow& row);
-extern template bool codeSparseRow(BinaryWriter& coder, SparseModels& models, const SparseRow& row);
-extern template bool codeSparseRow(BinaryReader& coder, SparseModels& models, const SparseRow& row);
+bool codeSparseRow(Coder& coder, SparseModels& models, const SparseRow& row, RowBits& coded);
+extern template bool codeSparseRow(BinaryWriter& coder, SparseModels& models, const SparseRow& row,
+                                   RowBits& coded);
+extern template bool codeSparseRow(BinaryReader& coder, SparseModels& models, const SparseRow& row,
+                                   RowBits& coded);
 
 }  // namespace terrane

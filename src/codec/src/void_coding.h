@@ -2,46 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "binary_coding.h"
-#include "sample_grid.h"
+#include "level_states.h"
 
 /// Which samples of a row are void (docs/format/elevation-v4.md, "States").
 namespace terrane {
-
-/// A bit for each sample of a grid's row, 1 where it is void.
-class VoidRow {
- public:
-  bool at(int x) const { return (words_[static_cast<size_t>(x) / 64] >> (x % 64) & 1) != 0; }
-  void set(int x) { words_[static_cast<size_t>(x) / 64] |= uint64_t{1} << (x % 64); }
-  /// Up to 16 of them from x on, a multiple of 16, the first one lowest.
-  void setRun(int x, uint32_t bits) { words_[static_cast<size_t>(x) / 64] |= uint64_t{bits} << (x % 64); }
-  /// Calls visit(x) for each that is void.
-  template <class Visit>
-  void forEach(Visit&& visit) const {
-    for (size_t i = 0; i < words_.size(); ++i) {
-      for (uint64_t left = words_[i]; left != 0; left &= left - 1)
-        visit(static_cast<int>(64 * i) + std::countr_zero(left));
-    }
-  }
-  /// Up to 32 of them from x on, the first one lowest.
-  uint32_t from(int x, int count) const {
-    const auto word = static_cast<size_t>(x) / 64;
-    const int shift = x % 64;
-    uint64_t bits = words_[word] >> shift;
-    if (shift > 32) bits |= words_[word + 1] << (64 - shift);
-    return static_cast<uint32_t>(bits & ((uint64_t{1} << count) - 1));
-  }
-  bool any() const { return (words_[0] | words_[1] | words_[2]) != 0; }
-  void clear() { words_ = {}; }
-
- private:
-  std::array<uint64_t, 4> words_{};  ///< 129 samples at most
-};
 
 /// The models of a tile: by how many of four neighbours are void and by the samples of the same kind to the
 /// west and north; of runs whose surroundings are all alike, by what they are.
@@ -67,147 +37,124 @@ class VoidLevel {
     for (int y = 0; y <= n; ++y) {
       const SampleState* row = states + 2 * y * s * kTileSamples;
       if (std::memchr(row, static_cast<int>(SampleState::Void), kTileSamples) == nullptr) continue;
-      for (int x = 0; x <= n; ++x) {
-        if (row[2 * x * s] == SampleState::Void) corners_[static_cast<size_t>(y)].set(x);
-      }
+      RowBits coded;
+      LevelStates::take(row, 2 * s, n + 1, coded, corners_[static_cast<size_t>(y)]);
     }
   }
 
   /// Codes row y of a kind: the writer finds out from `states`, the reader leaves what it learned in
   /// the result alone.
   template <class Coder>
-  const VoidRow& codeRow(Coder& coder, VoidModels& models, const Grid& grid, int y,
+  const RowBits& codeRow(Coder& coder, VoidModels& models, const Grid& grid, int y,
                          const SampleState* states) {
-    std::vector<VoidRow>& rows = rowsOf(grid.kind);
-    VoidRow& row = rows[static_cast<size_t>(y)];
+    std::vector<RowBits>& rows = rowsOf(grid.kind);
+    RowBits& row = rows[static_cast<size_t>(y)];
     if constexpr (!Coder::kReads) {
       for (int x = 0; x < grid.cols; ++x) {
         if (states[grid.indexOf(x, y)] == SampleState::Void) row.set(x);
       }
     }
     // The row as a whole, where nothing around it is void.
-    if (!isVoidAroundRow(grid, y)) {
+    const Around around = aroundRow(grid, y);
+    if (!(around.any() & RowBits::first(grid.cols)).any()) {
       const bool differs = coder.code(models.rowDiffers.chance, !Coder::kReads && row.any());
       models.rowDiffers.learn(differs, kMost);
       if (!differs) return row;
     }
-    for (int x = 0; x < grid.cols; x += kRun) {
-      const int count = std::min(kRun, grid.cols - x);
-      const uint32_t all = (1U << count) - 1;
-      const Around around = aroundRun(grid, x, count, y);
-      if (!around.anyVoid || !around.anyGround) {
-        const uint32_t expected = around.anyVoid ? all : 0;
-        AnswerModel& model = models.differs[around.anyVoid ? 1 : 0];
-        const bool differs = coder.code(model.chance, !Coder::kReads && row.from(x, count) != expected);
-        model.learn(differs, kMost);
-        if (!differs) {
-          if (Coder::kReads && around.anyVoid) row.setRun(x, all);
-          continue;
-        }
-      }
-      for (int i = x; i < x + count; ++i) {
-        AnswerModel& model = models.isVoid[contextOf(grid, i, y, row)];
-        const bool yes = coder.code(model.chance, !Coder::kReads && row.at(i));
-        model.learn(yes, kMost);
-        if (Coder::kReads && yes) row.set(i);
-      }
-    }
+    // note: a coder of our own, of which nobody else knows, stays in registers.
+    Coder own = std::move(coder);
+    for (int x = 0; x < grid.cols; x += kRun)
+      codeRun(own, models, around, x, std::min(kRun, grid.cols - x), northOf(grid.kind, y), row);
+    coder = std::move(own);
     return row;
   }
 
  private:
   static constexpr int kMost = 60;
 
-  static void resize(std::vector<VoidRow>& rows, int count) {
-    rows.resize(static_cast<size_t>(count));
-    for (VoidRow& row : rows) row.clear();
+  /// Which of a row's ends and apexes are void: one of the four of each sample. On the tile's border an end
+  /// stands for an apex that is missing.
+  struct Around {
+    std::array<RowBits, 4> voids;
+
+    RowBits any() const { return voids[0] | voids[1] | voids[2] | voids[3]; }
+  };
+  Around aroundRow(const Grid& grid, int y) const {
+    const auto at = static_cast<size_t>(y);
+    const RowBits& north = corners_[at];
+    switch (grid.kind) {
+      case SampleKind::QuadCenter:
+        return {{north, north.fromEast(), corners_[at + 1], corners_[at + 1].fromEast()}};
+      case SampleKind::HorizontalEdge: {
+        const RowBits east = north.fromEast();
+        return {{north, east, y > 0 ? quads_[at - 1] : north, y < grid.rows - 1 ? quads_[at] : east}};
+      }
+      case SampleKind::VerticalEdge:
+        break;
+    }
+    const RowBits& south = corners_[at + 1];
+    RowBits west = quads_[at].fromWest();
+    RowBits east = quads_[at];
+    if (north.at(0)) west.set(0);
+    if (south.at(grid.cols - 1)) east.set(grid.cols - 1);
+    return {{north, south, west, east}};
   }
-  std::vector<VoidRow>& rowsOf(SampleKind kind) {
+  /// The row before of the same kind, if there is one.
+  const RowBits* northOf(SampleKind kind, int y) {
+    return y > 0 ? &rowsOf(kind)[static_cast<size_t>(y - 1)] : nullptr;
+  }
+
+  /// Sixteen samples or less: together where all around them are alike, else one by one.
+  template <class Coder>
+  TERRANE_INLINE static void codeRun(Coder& coder, VoidModels& models, const Around& around, int x, int count,
+                                     const RowBits* north, RowBits& row) {
+    const uint32_t all = (1U << count) - 1;
+    std::array<uint32_t, 4> voids;
+    for (size_t i = 0; i < 4; ++i) voids[i] = around.voids[i].around(x) & all;
+    const bool anyVoid = (voids[0] | voids[1] | voids[2] | voids[3]) != 0;
+    const bool anyGround = (voids[0] & voids[1] & voids[2] & voids[3]) != all;
+    if (!anyVoid || !anyGround) {
+      const uint32_t expected = anyVoid ? all : 0;
+      AnswerModel& model = models.differs[anyVoid ? 1 : 0];
+      const bool differs = coder.code(model.chance, !Coder::kReads && row.from(x, count) != expected);
+      model.learn(differs, kMost);
+      if (!differs) {
+        if (Coder::kReads && anyVoid) row.setRun(x, all);
+        return;
+      }
+    }
+    const uint32_t northern = north != nullptr ? north->around(x) : 0;
+    const uint32_t known = Coder::kReads ? 0 : row.from(x, count);
+    bool west = x > 0 && row.at(x - 1);
+    uint32_t found = 0;
+    for (int i = 0; i < count; ++i) {
+      const uint32_t sum =
+          (voids[0] >> i & 1) + (voids[1] >> i & 1) + (voids[2] >> i & 1) + (voids[3] >> i & 1);
+      // Beyond the tile it is as with most around.
+      if (x + i == 0) west = sum >= 2;
+      const bool isVoidNorth = north != nullptr ? (northern >> i & 1) != 0 : sum >= 2;
+      AnswerModel& model = models.isVoid[sum + (west ? 5 : 0) + (isVoidNorth ? 10 : 0)];
+      west = coder.code(model.chance, (known >> i & 1) != 0);
+      model.learn(west, kMost);
+      found |= (west ? 1U : 0U) << i;
+    }
+    if (Coder::kReads) row.setRun(x, found);
+  }
+
+  static void resize(std::vector<RowBits>& rows, int count) {
+    rows.resize(static_cast<size_t>(count));
+    for (RowBits& row : rows) row.clear();
+  }
+  std::vector<RowBits>& rowsOf(SampleKind kind) {
     return kind == SampleKind::QuadCenter       ? quads_
            : kind == SampleKind::HorizontalEdge ? horizontal_
                                                 : vertical_;
   }
 
-  /// Is there anything void among a row's ends and apexes?
-  bool isVoidAroundRow(const Grid& grid, int y) const {
-    const auto at = static_cast<size_t>(y);
-    switch (grid.kind) {
-      case SampleKind::QuadCenter:
-        return corners_[at].any() || corners_[at + 1].any();
-      case SampleKind::HorizontalEdge:
-        return corners_[at].any() || (y > 0 && quads_[at - 1].any()) ||
-               (y < grid.rows - 1 && quads_[at].any());
-      case SampleKind::VerticalEdge:
-        break;
-    }
-    return corners_[at].any() || corners_[at + 1].any() || quads_[at].any();
-  }
-
-  /// The ends and apexes of a run of samples, as far as they are in the tile.
-  struct Around {
-    bool anyVoid = false;
-    bool anyGround = false;
-  };
-  Around aroundRun(const Grid& grid, int x, int count, int y) const {
-    Around around;
-    const auto look = [&](const VoidRow& row, int first, int end) {
-      const uint32_t bits = row.from(first, end - first);
-      around.anyVoid |= bits != 0;
-      around.anyGround |= bits != (1U << (end - first)) - 1;
-    };
-    const auto at = static_cast<size_t>(y);
-    switch (grid.kind) {
-      case SampleKind::QuadCenter:
-        look(corners_[at], x, x + count + 1);
-        look(corners_[at + 1], x, x + count + 1);
-        break;
-      case SampleKind::HorizontalEdge:
-        look(corners_[at], x, x + count + 1);
-        if (y > 0) look(quads_[at - 1], x, x + count);
-        if (y < grid.rows - 1) look(quads_[at], x, x + count);
-        break;
-      case SampleKind::VerticalEdge:
-        look(corners_[at], x, x + count);
-        look(corners_[at + 1], x, x + count);
-        look(quads_[at], std::max(x - 1, 0), std::min(x + count, grid.cols - 1));
-        break;
-    }
-    return around;
-  }
-
-  size_t contextOf(const Grid& grid, int x, int y, const VoidRow& row) {
-    const auto at = static_cast<size_t>(y);
-    int voids = 0;
-    switch (grid.kind) {
-      case SampleKind::QuadCenter:
-        voids =
-            corners_[at].at(x) + corners_[at].at(x + 1) + corners_[at + 1].at(x) + corners_[at + 1].at(x + 1);
-        break;
-      case SampleKind::HorizontalEdge: {
-        const int west = corners_[at].at(x);
-        const int east = corners_[at].at(x + 1);
-        // For an apex that is missing an end counts once more.
-        voids = west + east + (y > 0 ? int{quads_[at - 1].at(x)} : west) +
-                (y < grid.rows - 1 ? int{quads_[at].at(x)} : east);
-        break;
-      }
-      case SampleKind::VerticalEdge: {
-        const int north = corners_[at].at(x);
-        const int south = corners_[at + 1].at(x);
-        voids = north + south + (x > 0 ? int{quads_[at].at(x - 1)} : north) +
-                (x < grid.cols - 1 ? int{quads_[at].at(x)} : south);
-        break;
-      }
-    }
-    const bool west = x > 0 ? row.at(x - 1) : voids >= 2;
-    const bool north = y > 0 ? rowsOf(grid.kind)[at - 1].at(x) : voids >= 2;
-    return static_cast<size_t>(voids + (west ? 5 : 0) + (north ? 10 : 0));
-  }
-
-  std::vector<VoidRow> corners_;
-  std::vector<VoidRow> quads_;
-  std::vector<VoidRow> horizontal_;
-  std::vector<VoidRow> vertical_;
+  std::vector<RowBits> corners_;
+  std::vector<RowBits> quads_;
+  std::vector<RowBits> horizontal_;
+  std::vector<RowBits> vertical_;
 };
 
 }  // namespace terrane

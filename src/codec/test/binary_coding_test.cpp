@@ -116,14 +116,14 @@ TEST(BinaryCoding, EvidenceAndChanceAreInverse) {
   for (int evidence = -kMostEvidence; evidence <= kMostEvidence; ++evidence) {
     const auto at = static_cast<size_t>(evidence + kMostEvidence);
     const double exact = 65536.0 / (1.0 + std::exp(-evidence / 256.0));
-    EXPECT_NEAR(tables.chance[at], exact, 64.0) << evidence;
+    EXPECT_NEAR(tables.chance[at].exact, exact, 64.0) << evidence;
     if (evidence > -kMostEvidence) {
-      EXPECT_GE(tables.chance[at], tables.chance[at - 1]) << evidence;
+      EXPECT_GE(tables.chance[at].exact, tables.chance[at - 1].exact) << evidence;
     }
   }
   for (size_t i = 0; i < tables.evidence.size(); ++i) {
     const auto at = static_cast<size_t>(tables.evidence[i] + kMostEvidence);
-    EXPECT_NEAR(tables.chance[at], 16.0 * static_cast<double>(i) + 8.0, 80.0) << i;
+    EXPECT_NEAR(tables.chance[at].exact, 16.0 * static_cast<double>(i) + 8.0, 80.0) << i;
   }
 }
 
@@ -143,7 +143,7 @@ TEST(BinaryCoding, ModelsLearnAndMixersFollowTheBetterOne) {
   for (int i = 0; i < kCount; ++i) {
     const size_t context = random() % 2;
     const bool yes = (random() % 16 == 0) != (context == 1);
-    codeMixed<BinaryWriter, 2>(writer, evidenceTables(), {&knowing[context], &blind}, mixer, 250, yes);
+    MixedQuestion<2>(evidenceTables(), {&knowing[context], &blind}, mixer).code(writer, 250, yes);
   }
   std::vector<uint8_t> bytes;
   writer.finish(bytes);

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <string>
 
 #include "payload_check.h"
@@ -319,6 +321,42 @@ TEST(ElevationCodec, StoredPayloadsOfVersion4DecodeAsEver) {
   const auto child = decodeTile(storedPayload("child"), &root->samples, 3, scale);
   ASSERT_TRUE(child.ok()) << child.error().message;
   EXPECT_EQ(fingerprint(*child), 9872784697156144357ULL);
+}
+
+// Of made-up ground under a bound, with Coded samples among Interpolated ones.
+TEST(ElevationCodec, StoredSparsePayloadsOfVersion4DecodeAsEver) {
+  const ElevationScale scale{
+      .heightStep = 18.75, .errorUnit = 0.29296875, .rangeUnit = 18.75, .sampleError = 15.0};
+  const auto root = decodeTile(storedPayload("sparse_root"), nullptr, 0, scale);
+  ASSERT_TRUE(root.ok()) << root.error().message;
+  EXPECT_EQ(fingerprint(*root), 7634408267213693620ULL);
+  const auto child = decodeTile(storedPayload("sparse_child"), &root->samples, 3, scale);
+  ASSERT_TRUE(child.ok()) << child.error().message;
+  EXPECT_EQ(fingerprint(*child), 16238760352350643820ULL);
+  // They are what is written, too.
+  EXPECT_EQ(encodeTile(*root, nullptr, 0, scale), storedPayload("sparse_root"));
+  EXPECT_EQ(encodeTile(*child, &root->samples, 3, scale), storedPayload("sparse_child"));
+}
+
+TEST(ElevationCodec, NothingIsLeftOfARecycledTile) {
+  const ElevationScale scale{};
+  const std::vector<RandomTileOptions> kinds = {
+      {}, {.voidShare = 0.3, .interpolatedShare = 0.3}, {.voidShare = 1.0}, {.interpolatedShare = 1.0}};
+  for (size_t kind = 0; kind < kinds.size(); ++kind) {
+    std::mt19937 random(static_cast<uint32_t>(kind));
+    const Tile root = randomTile(kRoot, nullptr, scale, kinds[kind], random);
+    const Tile child = randomTile(kRoot.child(2), &root.samples, scale, kinds[kind], random);
+    const auto bytes = encodeTile(child, &root.samples, 2, scale);
+    // A tile of another shape, of nothing sensible.
+    Tile recycled = root;
+    std::fill(recycled.samples.heights.begin(), recycled.samples.heights.end(),
+              std::numeric_limits<float>::quiet_NaN());
+    recycled.nodes.error.assign(7, 255);
+    recycled.nodes.largeError.assign(999, 255);
+    const auto again = decodeTile(bytes, &root.samples, 2, scale, std::move(recycled));
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    expectSame(child, *again, fmt::format("kind {}", kind));
+  }
 }
 
 TEST(ElevationCodec, BytesThatNobodySealedAreRefused) {

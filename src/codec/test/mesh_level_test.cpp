@@ -274,6 +274,64 @@ TEST_P(MeshLevels, KeepToTheirError) {
   }
 }
 
+/// The surface of all samples at a place in cells; NaN beside samples that do not count.
+double finestHeight(const TileSamples& samples, const std::vector<uint8_t>& measured, double x, double y) {
+  const int col = std::min(static_cast<int>(x), kTileCells - 1),
+            row = std::min(static_cast<int>(y), kTileCells - 1);
+  const auto h = [&](int dx, int dy) {
+    const auto at = static_cast<size_t>((row + dy) * kTileSamples + col + dx);
+    return !measured.empty() && measured[at] == 0 ? std::nan("") : static_cast<double>(samples.heights[at]);
+  };
+  const double u = x - col, v = y - row;
+  if ((col + row) % 2 == 0)
+    return u > v ? h(0, 0) + u * (h(1, 0) - h(0, 0)) + v * (h(1, 1) - h(1, 0))
+                 : h(0, 0) + v * (h(0, 1) - h(0, 0)) + u * (h(1, 1) - h(0, 1));
+  return u + v < 1.0 ? h(0, 0) + u * (h(1, 0) - h(0, 0)) + v * (h(0, 1) - h(0, 0))
+                     : h(1, 1) + (1.0 - u) * (h(0, 1) - h(1, 1)) + (1.0 - v) * (h(1, 0) - h(1, 1));
+}
+
+/// Between samples, too, where triangles that replaced extra vertices cross the finest ones.
+TEST_P(MeshLevels, KeepToTheirErrorBetweenSamples) {
+  MeshedWorld world(GetParam(), 2.0);
+  const MeshedTile root = world.root(8);
+  const MeshedTile child = world.child(root, 2, 8);
+  std::mt19937 random(GetParam());
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  for (const MeshedTile* tile : {&root, &child}) {
+    const std::vector<uint8_t> measured = measuredSamples(tile->tile.samples);
+    for (const auto& [level, meshes] : tile->levels) {
+      for (int index = 0; index < patchCount(level); ++index) {
+        const OnePatch patch = patchOf(*tile, level, index);
+        for (const auto& t : patch.triangles) {
+          for (int i = 0; i < 6; ++i) {
+            // Half of them on a side of the triangle.
+            const double a = unit(random), b = i % 2 == 0 ? 0.0 : unit(random) * (1.0 - a);
+            const double weights[3] = {a, b, 1.0 - a - b};
+            double x = 0.0, y = 0.0, drawn = 0.0;
+            for (size_t j = 0; j < 3; ++j) {
+              const PatchVertex& v = patch.vertices[static_cast<size_t>(t[(j + static_cast<size_t>(i)) % 3])];
+              x += weights[j] * v.x();
+              y += weights[j] * v.y();
+              drawn += weights[j] * static_cast<double>(v.heightMeters);
+            }
+            const double off = std::abs(drawn - finestHeight(tile->tile.samples, measured, x, y));
+            if (std::isnan(off)) continue;
+            const int node = nodeIndex(8, std::min(static_cast<int>(x) / 16, 15) * 16 + 8,
+                                       std::min(static_cast<int>(y) / 16, 15) * 16 + 8, tile->id.isRoot());
+            const double block =
+                world.scale().errorFromCode(tile->tile.nodes.error[static_cast<size_t>(node)]);
+            // note: on the border of blocks the other one may be meant.
+            const auto isMultiple = [](double at) { return std::abs(std::remainder(at, 16.0)) < 1e-9; };
+            const bool isBorder = isMultiple(x) || isMultiple(y);
+            ASSERT_LE(off + (isBorder ? 0.0 : block), patch.errorMeters * (1.0 + 1e-5) + 1e-4)
+                << "level " << level << ", patch " << index << ", at " << x << " " << y;
+          }
+        }
+      }
+    }
+  }
+}
+
 /// The deepest level of the finest tiles shows every sample.
 TEST_P(MeshLevels, EndWithAllSamples) {
   MeshedWorld world(GetParam(), 2.0);

@@ -168,6 +168,7 @@ class TerrainView::State {
     const double started = seconds();
     // A camera that jumps sees a new picture, not one that changes.
     const double elapsed = lastChosenSeconds_ ? nowSeconds - *lastChosenSeconds_ : 0.0;
+    if (selection.surface == SurfaceKind::Meshes) tiles_->makeRootMeshes();
     cut_ = selectPatches(selection, manifest.frame, manifest.scale, camera, *tiles_, &history_, elapsed);
     report_.selectSeconds = seconds() - started;
     lastChosenSeconds_ = nowSeconds;

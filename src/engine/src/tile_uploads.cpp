@@ -103,7 +103,9 @@ Result<int> TileUploads::upload(const std::vector<TileId>& order, uint64_t budge
       TERRANE_TRY(renderer_->uploadTile(TileId{}, *prepared->second.tile, prepared->second.made));
     tiles_[TileId{}] = std::move(prepared->second.tile);
     prepared_.erase(prepared);
-    replaceMeshes(TileId{});
+    const bool hadMeshes = meshes_.find(TileId{}, 0) != nullptr;
+    meshes_.drop(TileId{});
+    if (hadMeshes) makeRootMeshes();
     ++count;
   }
   // note: what was decoded from the whole root does not fit to its sketch.
@@ -186,10 +188,11 @@ void TileUploads::addMeshes(TileId id, std::vector<std::shared_ptr<const MeshLev
   }
 }
 
-void TileUploads::replaceMeshes(TileId id) {
-  const bool wereDrawn = meshes_.find(id, 0) != nullptr;
-  meshes_.drop(id);
-  if (wereDrawn) addMeshes(id, TileMeshes::make(meshes_.orderFor({id, 0}), *tiles_.at(id)));
+void TileUploads::makeRootMeshes() {
+  const TileId root;
+  const auto tile = tiles_.find(root);
+  if (tile == tiles_.end() || meshes_.find(root, 0) != nullptr) return;
+  addMeshes(root, TileMeshes::make(meshes_.orderFor({root, 0}), *tile->second));
 }
 
 void TileUploads::need(const Cut& cut, uint64_t frame) {

@@ -37,6 +37,8 @@ class TileUploads final : public ResidentTiles {
   /// `keepSince` keeps its place. A root that was only sketched is replaced first. Returns how many.
   Result<int> upload(const std::vector<TileId>& order, uint64_t budgetBytes, uint64_t frame,
                      uint64_t keepSince);
+  /// Makes the root's own meshes, if they are not made: without them there is nothing to draw. Not aside.
+  void makeRootMeshes();
   /// Has what a cut wishes for made aside. Those under way already are left alone.
   void wishMeshes(const std::vector<MeshWish>& wishes);
   /// Takes in meshes that were made; are there any?
@@ -76,8 +78,6 @@ class TileUploads final : public ResidentTiles {
   void takePrepared();
   bool makeRoom(uint64_t frame);
   void addMeshes(TileId id, std::vector<std::shared_ptr<const MeshLevel>> made);
-  /// Another tile takes this one's place: what was made of it goes, and what is drawn is made at once.
-  void replaceMeshes(TileId id);
 
   const TileStream& stream_;
   Workers& workers_;

@@ -132,6 +132,49 @@ TEST_F(TerrainViewTest, SmallCachesCoarsenThePictureAndKeepItWhole) {
   EXPECT_LE(seen.view->report().tilesUploaded, uploaded + 10);
 }
 
+TEST_F(TerrainViewTest, MeshesSettleOnTheirCutToo) {
+  ViewOptions options;
+  options.selection.surface = SurfaceKind::Meshes;
+  Seen seen = see(options);
+  auto terrain = Terrain::open(directory());
+  ASSERT_TRUE(terrain.ok());
+  for (const double east : {1000.0, 9000.0, 15000.0}) {
+    const Camera camera = cameraAt(east, -12000.0, 500.0);
+    EXPECT_LT(seen.settle(camera), 5.0);
+    ASSERT_TRUE(seen.view->isSettled());
+    const auto expected = (*terrain)->selectAndLoad(camera, options.selection);
+    ASSERT_TRUE(expected.ok());
+    EXPECT_EQ(patchesOf(seen.view->cut()), patchesOf(*expected));
+    for (const Patch& patch : seen.view->cut().patches) EXPECT_LE(patch.errorPixels, 1.0F);
+    EXPECT_LT(seen.view->report().triangles, 500000);
+    for (int i = 0; i < 30; ++i) EXPECT_FALSE(seen.update(camera));
+  }
+}
+
+/// Whatever comes, goes and is made meanwhile, there is a picture; also when the surface changes in flight.
+TEST_F(TerrainViewTest, MeshesAreWholeInSmallCachesAndWithFaults) {
+  ViewOptions options;
+  options.gpuGeometryBytes = options.stream.decodedBytes = 3U << 20;
+  options.gpuTextureBytes = options.stream.pictureBytes = 6U << 20;
+  LineFaults faults;
+  faults.busyShare = faults.corruptShare = 0.1;
+  Seen seen = see(options, {}, faults);
+  const auto at = [](int i) { return cameraAt(1000.0 + 10.0 * i, -14000.0 + 5.0 * i, 400.0); };
+  int first = 0;
+  for (int i = 0; i < 900; ++i) {
+    if (i % 100 == 50) {
+      SurfaceKind& surface = seen.view->selection().surface;
+      surface = surface == SurfaceKind::Meshes ? SurfaceKind::Patches : SurfaceKind::Meshes;
+    }
+    seen.update(at(i));
+    if (first == 0 && seen.view->report().patches > 0) first = i;
+    if (first > 0) {
+      ASSERT_GT(seen.view->report().patches, 0) << i;
+    }
+  }
+  EXPECT_GT(first, 0);
+}
+
 TEST_F(TerrainViewTest, FaultsAndARestartedServerDelayAndNoMore) {
   for (uint32_t seed = 1; seed <= 3; ++seed) {
     Seen seen = see();

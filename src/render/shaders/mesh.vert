@@ -7,7 +7,7 @@ uniform float uNearer;  // 1; a little less to draw lines over the triangles tha
 out vec3 vPlace;    // from the eye, metres
 out vec2 vShading;  // cells of the shading tile
 out vec2 vGrid;     // along the legs of the right angle, in cells of a patch
-out float vHeight;  // metres
+out float vHeight;  // metres; for those who capture vertices
 flat out vec4 vShadingBox;  // the patch's least and greatest cells
 flat out ivec4 vLayers;
 flat out int vImagery;

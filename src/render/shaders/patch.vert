@@ -9,7 +9,7 @@ layout(location = 5) in ivec4 aImagery;   // x: page of its imagery (-1: none), 
 out vec3 vPlace;    // from the eye, metres
 out vec2 vShading;  // cells of the shading tile
 out vec2 vGrid;     // cells of the patch: the right angle's legs are its axes in both templates
-out float vHeight;  // metres
+out float vHeight;  // metres; for those who capture vertices
 flat out vec4 vShadingBox;  // the patch's least and greatest cells
 flat out ivec4 vLayers;
 flat out int vImagery;

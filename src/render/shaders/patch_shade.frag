@@ -3,12 +3,12 @@ in vec3 vPlace;
 in vec2 vShading;
 flat in vec4 vShadingBox;
 in vec2 vGrid;
-in float vHeight;
 flat in ivec4 vLayers;
 flat in int vImagery;
 flat in float vShadingScale;
 
 uniform sampler2DArray uGradients;  // see tile_shading.h for where the levels lie
+uniform sampler2DArray uHeights;    // of the same tiles, metres
 uniform int uTemplate;
 
 layout(location = 0) out vec4 oColor;
@@ -42,6 +42,16 @@ vec3 shadingNormal(vec2 cells, vec2 cellsDx, vec2 cellsDy) {
   if (level > finer) gradient = mix(gradient, gradientOfLevel(cells, finer + 1.0), level - finer);
   gradient *= uGradient.xy * (vShadingScale * uGradient.z);
   return normalize(vec3(-gradient.x, gradient.y, 1.0));
+}
+
+// The ground's height at one sample a pixel, metres: where the geometry is coarse, coasts and colours are not.
+float shadingHeight(vec2 cells) {
+  vec2 cell = min(floor(cells), 255.0);
+  vec2 inCell = cells - cell;
+  ivec3 at = ivec3(ivec2(cell), vLayers.x);
+  float north = mix(texelFetch(uHeights, at, 0).r, texelFetch(uHeights, at + ivec3(1, 0, 0), 0).r, inCell.x);
+  float south = mix(texelFetch(uHeights, at + ivec3(0, 1, 0), 0).r, texelFetch(uHeights, at + ivec3(1, 1, 0), 0).r, inCell.x);
+  return mix(north, south, inCell.y);
 }
 
 vec3 rampColor(float value) {
@@ -120,15 +130,16 @@ void main() {
   vec3 ground;
   float relief = 1.0;  // how much of the light and shade to show
   bool water = false;
+  float height = mode == kShaded || mode == kHeight ? shadingHeight(cells) : 0.0;
   if (mode == kShaded) {
-    water = uRamp.w > 0.5 && vHeight <= uRamp.z;
-    ground = rampColor(vHeight);
+    water = uRamp.w > 0.5 && height <= uRamp.z;
+    ground = rampColor(height);
     // Steep ground is bare rock.
     float steep = smoothstep(0.30, 0.62, 1.0 - normal.z);
     ground = mix(ground, vec3(dot(ground, vec3(0.30, 0.50, 0.20))) * vec3(1.06, 0.98, 0.90) * 0.92, 0.75 * steep);
-    if (water) ground = mix(vec3(0.06, 0.19, 0.27), vec3(0.015, 0.06, 0.14), clamp((uRamp.z - vHeight) / 300.0, 0.0, 1.0));
+    if (water) ground = mix(vec3(0.06, 0.19, 0.27), vec3(0.015, 0.06, 0.14), clamp((uRamp.z - height) / 300.0, 0.0, 1.0));
   } else if (mode == kHeight) {
-    ground = rampColor(vHeight);
+    ground = rampColor(height);
     relief = 0.55;
   } else if (mode == kSlope) {
     ground = rampColor(degrees(acos(clamp(normal.z, 0.0, 1.0))));

@@ -43,17 +43,22 @@ struct MeshLevel {
     uint32_t vertexCount = 0;
     uint32_t firstIndex = 0;  ///< indices count from the patch's first vertex
     uint32_t indexCount = 0;
+    uint32_t bisectedCount = 0;  ///< triangles of bisection; those after them replace extra vertices
+    uint32_t firstExtra = 0;
+    uint32_t extraCount = 0;
     float errorMeters = 0.0F;  ///< bound against the full-resolution source
   };
   int level = 0;
+  bool centerFalls = false;    ///< of the tile; see meshSurface()
   std::vector<Patch> patches;  ///< patchCount(level), by patchIndex()
   std::vector<PatchVertex> vertices;
   std::vector<uint16_t> indices;
-  std::vector<uint8_t> chosen;  ///< a bit a sample, lowest first: the vertices that the next level inherits
+  std::vector<uint32_t> extras;  ///< places of the extra vertices that were taken out
+  std::vector<uint8_t> chosen;   ///< a bit a sample, lowest first: the vertices that the next level inherits
 
   size_t sizeBytes() const {
     return sizeof(*this) + patches.size() * sizeof(Patch) + vertices.size() * sizeof(PatchVertex) +
-           indices.size() * sizeof(uint16_t) + chosen.size();
+           indices.size() * sizeof(uint16_t) + extras.size() * sizeof(uint32_t) + chosen.size();
   }
 };
 

@@ -40,17 +40,25 @@ struct HeightBand {
 /// Where nothing is void the result is empty: all.
 std::vector<uint8_t> measuredSamples(const TileSamples& samples);
 
+/// Which level, and what holds along its patches' sides.
+struct MeshLevelRule {
+  int level = 0;
+  /// Side in cells of the squares on whose borders vertices are given: the tile's or, on levels beyond its
+  /// own, that of the deeper tiles which serve these levels elsewhere, next to this one perhaps.
+  int borderSquare = kTileCells;
+  /// How far chords along legs may leave the samples; 0: all samples with a height of their own are vertices
+  /// there.
+  double alongSidesMeters = 0.0;
+};
+
 /// Chooses the vertices of a mesh level: one MeshVertexBits a sample; corners of patches, which always are
 /// vertices, are not marked. `inherited`: the vertices of the level before over the same samples
-/// (inheritedVertices() where these are the parent tile's; empty for the world's first level); they stay.
-/// Along the legs a chord may leave the samples by `alongSidesMeters`; 0: all samples with a height of their
-/// own are vertices there. The surface keeps to `band`, but where
-/// a side's given vertices do not let it. Depends on the tile's samples, `inherited`, band and numbers alone;
-/// what is given on the tile's border, on samples of that border, what is inherited there, and numbers. About
-/// 1.3 ms.
+/// (inheritedVertices() where these are the parent tile's; empty for the world's first level); they stay. The
+/// surface keeps to `band`, but where a side's given vertices do not let it. Depends on the tile's samples,
+/// `inherited`, band and rule alone; what is given on the tile's border, on samples of that border, what is
+/// inherited there, and the rule. About 1.3 ms.
 std::vector<uint8_t> chooseMeshVertices(const TileSamples& samples, const HeightBand& band,
-                                        std::span<const uint8_t> inherited, int level,
-                                        double alongSidesMeters);
+                                        std::span<const uint8_t> inherited, const MeshLevelRule& rule);
 
 /// The vertices of a parent's quadrant over the samples of the child.
 std::vector<uint8_t> inheritedVertices(std::span<const uint8_t> parent, int quadrant);
