@@ -1,20 +1,32 @@
-# The datasets that benches measure on, built where they are missing or older than the program: two real ones
-# where the test data stands beside the repository, and the demo. Sourced; sets the array `datasets`.
+# The datasets that benches measure on, built where they are missing or older than the program: real ones where
+# the test data stands beside the repository, and the demo. Sourced; the functions add to the array `datasets`.
 # shellcheck shell=bash
 
 readonly terrane=build/release/bin/terrane
 readonly real_data=../shared/data
 readonly bench_data=build/bench/data
 
-# Builds a dataset NAME from INPUT, quietly, if need be.
+# Builds a dataset NAME from INPUT, quietly, if need be; more arguments are options of the build.
 bench_dataset() {
   local name=$1 input=$2
+  shift 2
   local out=$bench_data/$name.terrane
   if [[ ! $out/manifest.json -nt $terrane ]]; then
     echo "Building $out" >&2
-    "$terrane" build "$input" -o "$out" --overwrite -q
+    "$terrane" build "$input" -o "$out" "$@" --overwrite -q
   fi
   datasets+=("$out")
+}
+
+# Makes the demo with 4097 samples a side and the picture that lies over it, if need be: prints its path
+# without ".tif".
+demo_4097() {
+  local demo=$bench_data/demo_4097
+  if [[ ! $demo.tif -nt $terrane ]]; then
+    echo "Making $demo.tif" >&2
+    "$terrane" synth -o "$demo.tif" --color "${demo}_color.tif" --size 4097 --seed 1 --overwrite -q
+  fi
+  echo "$demo"
 }
 
 # A synthetic terrain of SIZE samples a side as a dataset.
@@ -42,7 +54,11 @@ real_dataset() {
 
 datasets=()
 mkdir -p "$bench_data"
-real_dataset bigtujunga bigtujunga/bigtujunga.tif 11
-real_dataset swiss_alps swiss_alps_n46e008/N46E008.tif 12
-real_dataset california california_3s/california_nevada_3s.tif 13
-synthetic_dataset demo 2049 1
+
+# The four that most benches take.
+usual_datasets() {
+  real_dataset bigtujunga bigtujunga/bigtujunga.tif 11
+  real_dataset swiss_alps swiss_alps_n46e008/N46E008.tif 12
+  real_dataset california california_3s/california_nevada_3s.tif 13
+  synthetic_dataset demo 2049 1
+}

@@ -200,6 +200,8 @@ fails 1 'size.*WIDTHxHEIGHT' "$terrane" render good.terrane --size huge -o a.png
 fails 1 '2\^k' "${draw[@]}" -o a.png --k 16
 fails 2 'tau' "${draw[@]}" -o a.png --tau 0
 fails 2 'mode' "${draw[@]}" -o a.png --mode pretty
+fails 2 'surface.*nonsense' "${draw[@]}" -o a.png --surface nonsense
+fails 1 '--metric.*--surface patches' "${draw[@]}" -o a.png --surface meshes --metric distance
 fails 1 'EASTING' "${draw[@]}" -o a.png --eye 1,2 --look-at 1,2,3
 fails 1 '--look-at' "${draw[@]}" -o a.png --eye 1,2,3
 fails 1 'look-from' "${draw[@]}" -o a.png --look-from upstairs
@@ -214,6 +216,7 @@ fails 1 '--line 0bit/s,1ms' "${fly[@]}" --policy available --line 0bit/s,1ms
 fails 1 '--line 1Mbit/s' "${fly[@]}" --policy available --line 1Mbit/s
 fails 1 'dataset on disk' "$terrane" bench http://127.0.0.1:1/a --flight missing.json --policy available
 fails 2 'policy' "${fly[@]}" --policy eventually
+fails 2 'surface.*nonsense' "${fly[@]}" --surface nonsense
 fails 2 '--line requires --policy' "${fly[@]}" --line 1Mbit/s,1ms
 fails 2 'excludes' "${fly[@]}" --policy available --frames 3
 touch there.tif

@@ -27,6 +27,10 @@ float mountains(double x, double y) {
   return static_cast<float>(std::abs(height));
 }
 
+/// Of 255, on average; and the share of pixels that may differ by a tenth.
+constexpr double kMeanDifference = 0.7;
+constexpr double kOtherShare = 0.005;
+
 class PictureJourney : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -63,46 +67,89 @@ class PictureJourney : public ::testing::Test {
                   0.5 + unit(random), 320, 180);
   }
 
+  static std::vector<PatchSelection> patches(const std::vector<int>& ks) {
+    std::vector<PatchSelection> out(ks.size());
+    for (size_t i = 0; i < ks.size(); ++i) out[i].grid.k = ks[i];
+    return out;
+  }
+  static std::vector<PatchSelection> meshes() {
+    PatchSelection out;
+    out.surface = SurfaceKind::Meshes;
+    return {out};
+  }
+  static std::string nameOf(const PatchSelection& selection) {
+    return selection.surface == SurfaceKind::Meshes ? "meshes"
+                                                    : fmt::format("K {}", selection.grid.samplesPerSide());
+  }
+
+  /// Nothing is left to wish for; and of patches none in view claims more than tau, down to where no finer
+  /// tile is stored.
+  static void expectFineEnough(Terrain& terrain, const Cut& cut, const PatchSelection& selection) {
+    EXPECT_TRUE(cut.wishes.empty());
+    EXPECT_TRUE(cut.meshWishes.empty());
+    if (selection.surface == SurfaceKind::Meshes) return;
+    const Lattice lattice(cut.latticeDepth);
+    for (const Patch& patch : cut.patches) {
+      const int below = selection.grid.tileLevel(patch.triangle.diamond.level + 1);
+      const bool finest =
+          below > lattice.depth() || terrain.tiles().find(lattice.tileOf(patch.triangle, below)) == nullptr;
+      if (!finest) {
+        ASSERT_LE(patch.errorPixels, 1.0F) << nameOf(selection);
+      }
+    }
+  }
+
   /// The measured error is within tau (or the dataset's own bound), and no pixel shows through, whatever is
   /// resident.
-  void expectTruePictures(Terrain& terrain, uint32_t seed, const std::vector<int>& ks) {
+  void expectTruePictures(Terrain& terrain, uint32_t seed, const std::vector<PatchSelection>& selections) {
     auto loaded = loadReference(terrain.dataset());
     ASSERT_TRUE(loaded.ok()) << loaded.error().message;
     const ReferenceSurface surface(std::move(loaded).value());
     const ReferenceSurface::Cover cover(surface, coarsestCellMargin(terrain.dataset().manifest().frame));
     std::mt19937 random(seed);
-    for (const int k : ks) {
-      PatchSelection selection;
-      selection.grid.k = k;
+    for (const PatchSelection& selection : selections) {
       TerrainScene scene(terrain, selection);
       for (int i = 0; i < 4; ++i) {
         const Camera camera = randomCamera(random, terrain);
         ASSERT_TRUE(scene.loadAll(camera).ok());
         const auto places = scene.places(camera);
         ASSERT_TRUE(places.ok()) << places.error().message;
-        // Nothing in view claims more, down to where no finer tile is stored.
-        const Cut cut = terrain.select(camera, selection);
-        EXPECT_TRUE(cut.wishes.empty());
-        const Lattice lattice(cut.latticeDepth);
-        for (const Patch& patch : cut.patches) {
-          const int below = selection.grid.tileLevel(patch.triangle.diamond.level + 1);
-          const bool finest = below > lattice.depth() ||
-                              terrain.tiles().find(lattice.tileOf(patch.triangle, below)) == nullptr;
-          if (!finest) {
-            ASSERT_LE(patch.errorPixels, 1.0F) << "K " << selection.grid.samplesPerSide();
-          }
-        }
+        expectFineEnough(terrain, terrain.select(camera, selection), selection);
         const ErrorMeasure error = measureError(surface, camera, *places, 1.0);
-        EXPECT_LE(error.maxPixels, 1.0) << "K " << selection.grid.samplesPerSide() << " camera " << i;
-        EXPECT_EQ(measureCracks(surface, camera, *places, 1.0).cracks, 0);
+        EXPECT_LE(error.maxPixels, 1.0) << nameOf(selection) << ", camera " << i;
+        EXPECT_EQ(measureCracks(surface, camera, *places, 1.0).cracks, 0) << nameOf(selection);
       }
       Camera above = overviewCamera(terrain.groundBox(), 200.0, 60.0, 0.9, 320, 180);
       int64_t pictures = 0;
       const auto loading = measureLoading(scene, above, cover, 4, seed, pictures);
       ASSERT_TRUE(loading.ok()) << loading.error().message;
-      EXPECT_EQ(loading->cracks, 0);
+      EXPECT_EQ(loading->cracks, 0) << nameOf(selection);
       EXPECT_GT(pictures, 0);
     }
+  }
+
+  /// Both surfaces' pictures: the same sky but for an outline, and the same ground but for what tau allows.
+  static void expectSamePictures(Terrain& terrain, const Camera& camera) {
+    std::vector<Picture> drawn;
+    for (const PatchSelection& selection : {patches({4}).front(), meshes().front()}) {
+      const auto cut = terrain.selectAndLoad(camera, selection);
+      ASSERT_TRUE(cut.ok()) << cut.error().message;
+      auto picture = terrain.draw(*cut, camera, RenderStyle{});
+      ASSERT_TRUE(picture.ok()) << picture.error().message;
+      drawn.push_back(std::move(picture).value());
+    }
+    ASSERT_EQ(drawn[0].rgba.size(), drawn[1].rgba.size());
+    double sum = 0.0;
+    int64_t other = 0;
+    for (size_t i = 0; i < drawn[0].rgba.size(); i += 4) {
+      int most = 0;
+      for (size_t c = i; c < i + 3; ++c) most = std::max(most, std::abs(drawn[0].rgba[c] - drawn[1].rgba[c]));
+      sum += most;
+      other += most > 24 ? 1 : 0;
+    }
+    const double pixels = static_cast<double>(camera.width) * camera.height;
+    EXPECT_LT(sum / pixels, kMeanDifference);
+    EXPECT_LT(static_cast<double>(other), kOtherShare * pixels);
   }
 
   std::filesystem::path folder_;
@@ -112,7 +159,8 @@ TEST_F(PictureJourney, KeepsItsErrorAndHasNoCracks) {
   const FunctionSource source(
       {{2, 0, 0, 900, 700, [](int64_t x, int64_t y) { return mountains(double(x), double(y)); }}}, 0.1, 0.05);
   const auto terrain = build(source);
-  expectTruePictures(*terrain, 1, {3, 4, 5, 7});
+  expectTruePictures(*terrain, 1, patches({3, 4, 5, 7}));
+  expectTruePictures(*terrain, 5, meshes());
 }
 
 TEST_F(PictureJourney, HolesAndRaggedEdgesChangeNothing) {
@@ -127,7 +175,8 @@ TEST_F(PictureJourney, HolesAndRaggedEdgesChangeNothing) {
                                 }}},
                               1.0, 0.0);
   const auto terrain = build(source);
-  expectTruePictures(*terrain, 2, {2, 3, 4, 6});
+  expectTruePictures(*terrain, 2, patches({2, 3, 4, 6}));
+  expectTruePictures(*terrain, 6, meshes());
 }
 
 TEST_F(PictureJourney, AFineVillageInACoarseCountryFits) {
@@ -143,7 +192,17 @@ TEST_F(PictureJourney, AFineVillageInACoarseCountryFits) {
   const auto terrain = build(source);
   // The village covers 2 x 2 tiles of level 4 at most, with their neighbours and ancestors.
   EXPECT_LT(terrain->dataset().manifest().tileCount, 70u);
-  expectTruePictures(*terrain, 3, {4, 5});
+  expectTruePictures(*terrain, 3, patches({4, 5}));
+  expectTruePictures(*terrain, 7, meshes());
+}
+
+TEST_F(PictureJourney, MeshesShowWhatPatchesShow) {
+  const FunctionSource source(
+      {{2, 0, 0, 900, 700, [](int64_t x, int64_t y) { return mountains(double(x), double(y)); }}}, 0.1, 0.05);
+  const auto terrain = build(source);
+  expectSamePictures(*terrain, overviewCamera(terrain->groundBox(), 200.0, 35.0, 0.9, 320, 180));
+  std::mt19937 random(8);
+  for (int i = 0; i < 4; ++i) expectSamePictures(*terrain, randomCamera(random, *terrain));
 }
 
 TEST_F(PictureJourney, QueriesAgreeWithTheReference) {

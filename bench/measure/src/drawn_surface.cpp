@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "terrane/base/check.h"
+#include "terrane/lod/mesh_placement.h"
 
 namespace terrane {
 
@@ -17,20 +19,38 @@ DrawnSurface::DrawnSurface(const Cut& cut, const Frame& frame, const ResidentTil
     const Tile* tile = tiles.find(patch.tile);
     TERRANE_CHECK(tile != nullptr, "tile {} is drawn and not resident", toString(patch.tile));
     DrawnPatch drawn;
-    drawn.place = placePatch(lattice_, cut.grid, patch.triangle);
-    drawn.rightAngle = patch.triangle.diamond.isQuadCenter();
     drawn.morph = patch.morph;
-    drawn.heights = tile->samples.heights.data();
-    const int shift = cut.latticeDepth - patch.tile.level;
-    drawn.texel = {(drawn.place.origin.x >> shift) - patch.tile.col * kTileCells,
-                   (drawn.place.origin.y >> shift) - patch.tile.row * kTileCells};
-    drawn.texelUnit = drawn.place.unit >> shift;
-    patches_.push_back(drawn);
+    if (cut.surface == SurfaceKind::Meshes)
+      placeMesh(patch, tiles, drawn);
+    else
+      placeTemplate(patch, cut.grid, *tile, drawn);
+    patches_.push_back(std::move(drawn));
     Halves& halves = byDiamond_[patch.triangle.diamond];
     halves.half[halves.count++] = {patch.triangle.apex, &patches_.back()};
     coarsestLevel_ = std::min(coarsestLevel_, patch.triangle.diamond.level);
     finestLevel_ = std::max(finestLevel_, patch.triangle.diamond.level);
   }
+}
+
+void DrawnSurface::placeTemplate(const Patch& patch, const PatchGrid& grid, const Tile& tile,
+                                 DrawnPatch& drawn) const {
+  drawn.place = placePatch(lattice_, grid, patch.triangle);
+  drawn.rightAngle = patch.triangle.diamond.isQuadCenter();
+  drawn.heights = tile.samples.heights.data();
+  const int shift = lattice_.depth() - patch.tile.level;
+  drawn.texel = {(drawn.place.origin.x >> shift) - patch.tile.col * kTileCells,
+                 (drawn.place.origin.y >> shift) - patch.tile.row * kTileCells};
+  drawn.texelUnit = drawn.place.unit >> shift;
+}
+
+void DrawnSurface::placeMesh(const Patch& patch, const ResidentTiles& tiles, DrawnPatch& drawn) const {
+  const MeshPlacement at = meshPlacement(lattice_, patch.triangle, patch.tile);
+  const MeshLevel* meshes = tiles.findMeshes(patch.tile, at.level);
+  TERRANE_CHECK(meshes != nullptr, "mesh level {} of tile {} is drawn and not made", at.level,
+                toString(patch.tile));
+  drawn.mesh.emplace(*meshes, meshes->patches[static_cast<size_t>(at.index)]);
+  drawn.cellsASample = std::ldexp(1.0, lattice_.depth() - patch.tile.level);
+  drawn.tileOrigin = drawn.cellsASample * kTileCells * glm::dvec2(patch.tile.col, patch.tile.row);
 }
 
 const DrawnSurface::DrawnPatch* DrawnSurface::patchAt(glm::dvec2 cell) const {
@@ -80,6 +100,7 @@ float DrawnSurface::vertexHeight(const DrawnPatch& patch, LatticePoint grid) con
 }
 
 double DrawnSurface::heightIn(const DrawnPatch& patch, glm::dvec2 cell) const {
+  if (patch.mesh) return patch.mesh->heightAt((cell - patch.tileOrigin) / patch.cellsASample, patch.morph);
   // In the template, then in the grid whose axes are the right angle's legs.
   const double unit = patch.place.unit;
   const glm::dvec2 offset{(cell.x - patch.place.origin.x) / unit, (cell.y - patch.place.origin.y) / unit};

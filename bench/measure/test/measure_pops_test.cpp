@@ -6,7 +6,10 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <random>
+
+#include "terrane/tiling/node_layout.h"
 
 namespace terrane {
 namespace {
@@ -19,9 +22,25 @@ class OneTile final : public ResidentTiles {
       for (int x = 0; x < kTileSamples; ++x) tile_.samples.heights.push_back(height(x, y));
   }
   const Tile* find(TileId id) const override { return id.isRoot() ? &tile_ : nullptr; }
+  const MeshLevel* findMeshes(TileId id, int level) const override {
+    const auto at = meshes_.find(level);
+    return id.isRoot() && at != meshes_.end() ? &at->second : nullptr;
+  }
+
+  /// Makes the tile's meshes down to a level.
+  void makeMeshes(int lastLevel) {
+    tile_.samples.states.assign(kTileSampleCount, SampleState::Coded);
+    tile_.samples.coverage.kind = Coverage::Kind::Full;
+    tile_.nodes.error.assign(static_cast<size_t>(tileNodeCount(true)), 0);
+    const MeshLevel* before = nullptr;
+    for (int level = 0; level <= lastLevel; ++level)
+      before = &meshes_.emplace(level, makeMeshLevel({}, tile_, level, before, MeshScale::of(Frame{}), {}))
+                    .first->second;
+  }
 
  private:
   Tile tile_;
+  std::map<int, MeshLevel> meshes_;
 };
 
 /// All triangles of a bintree level.
@@ -79,6 +98,61 @@ TEST(DrawnSurface, IsTheLatticesPiecewiseLinearSurface) {
         const auto height = surface.heightAt({static_cast<double>(p.x), -static_cast<double>(p.y)});
         ASSERT_TRUE(height.has_value());
         ASSERT_NEAR(*height, expected(p), 1e-5) << "level " << level << " at " << p.x << " " << p.y;
+      }
+      EXPECT_FALSE(surface.heightAt({-1.0, -5.0}).has_value());
+    }
+  }
+}
+
+/// The height of the mesh level's triangle that a place is in, found by looking at all of them.
+double heightInMeshes(const MeshLevel& meshes, glm::dvec2 at, float morph) {
+  const auto area = [](glm::dvec2 a, glm::dvec2 b, glm::dvec2 c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+  };
+  for (const MeshLevel::Patch& patch : meshes.patches) {
+    for (uint32_t i = 0; i < patch.indexCount; i += 3) {
+      glm::dvec2 places[3];
+      double heights[3];
+      for (uint32_t j = 0; j < 3; ++j) {
+        const PatchVertex& v = meshes.vertices[patch.firstVertex + meshes.indices[patch.firstIndex + i + j]];
+        places[j] = {v.x(), v.y()};
+        const auto own = static_cast<double>(v.heightMeters), coarse = static_cast<double>(v.coarseMeters);
+        heights[j] = coarse + static_cast<double>(morph) * (own - coarse);
+      }
+      const double whole = area(places[0], places[1], places[2]);
+      const double a = area(at, places[1], places[2]) / whole, b = area(places[0], at, places[2]) / whole;
+      if (a < 0.0 || b < 0.0 || a + b > 1.0) continue;
+      return a * heights[0] + b * heights[1] + (1.0 - a - b) * heights[2];
+    }
+  }
+  ADD_FAILURE() << "no triangle at " << at.x << " " << at.y;
+  return 0.0;
+}
+
+TEST(DrawnSurface, IsTheMeshesPiecewiseLinearSurface) {
+  const Frame frame;
+  OneTile tiles([](int x, int y) {
+    return static_cast<float>(90.0 * std::sin(0.05 * x) * std::cos(0.03 * y)) + rough(x, y);
+  });
+  tiles.makeMeshes(8);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const PatchGrid grid = MeshScale::of(frame).grid;
+  for (int level = 0; level <= 8; ++level) {
+    const MeshLevel& meshes = *tiles.findMeshes({}, level);
+    for (const float morph : {0.0F, 0.3F, 1.0F}) {
+      Cut cut = fullCut(grid, level, morph);
+      cut.surface = SurfaceKind::Meshes;
+      const DrawnSurface surface(cut, frame, tiles);
+      for (int i = 0; i < 100; ++i) {
+        // Anywhere, also on borders of patches, where several have the same height.
+        glm::dvec2 at{256.0 * unit(random), 256.0 * unit(random)};
+        if (i % 3 == 0) at.x = 16.0 * static_cast<double>(random() % 17);
+        if (i % 5 == 0) at.y = at.x;
+        const auto height = surface.heightAt({at.x, -at.y});
+        ASSERT_TRUE(height.has_value());
+        ASSERT_NEAR(*height, heightInMeshes(meshes, at, morph), 1e-4)
+            << "level " << level << " at " << at.x << " " << at.y;
       }
       EXPECT_FALSE(surface.heightAt({-1.0, -5.0}).has_value());
     }

@@ -70,6 +70,7 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
     StreamFlightFrame frame;
     frame.seconds = seconds;
     frame.view = view.report();
+    if (options.afterFrame) options.afterFrame(view);
     frame.bytes = frame.view.stream.bytesReceived - bytesBefore;
     for (const TileWish& wish : view.cut().wishes)
       frame.debtPixels +=

@@ -264,6 +264,7 @@ class TerrainView::State {
     report_.tilesOnGpu = tiles_->size();
     report_.imageryOnGpu = imagery_->onGpu();
     report_.gpuBytes = renderer_ != nullptr ? renderer_->gpuBytes() : 0;
+    report_.meshBytes = tiles_->meshBytes();
     report_.tilesUploaded = tiles_->uploaded();
     report_.imageryUploaded = imagery_->uploaded();
     report_.mostFramesUntilUsed = tiles_->mostFramesUntilUsed();

@@ -44,6 +44,7 @@ class TileUploads final : public ResidentTiles {
   /// Takes in meshes that were made; are there any?
   bool takeMeshes();
   bool areMeshesUnderWay() const { return !meshesUnderWay_.empty(); }
+  size_t meshBytes() const { return meshes_.sizeBytes(); }
   /// Marks what a cut draws from, and what waits for its wishes to be drawn from.
   void need(const Cut& cut, uint64_t frame);
 

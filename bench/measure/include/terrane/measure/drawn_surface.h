@@ -7,15 +7,16 @@
 #include <vector>
 
 #include "terrane/lod/select_patches.h"
+#include "terrane/measure/mesh_triangles.h"
 #include "terrane/tiling/frame.h"
 
 namespace terrane {
 
-/// The surface that a cut of patches shows, as a function of the place: what shaders draw, morphs included,
-/// told in double precision on the CPU. Const calls may come from any thread.
+/// The surface that a cut of patches or meshes shows, as a function of the place: what shaders draw, morphs
+/// included, told in double precision on the CPU. Const calls may come from any thread.
 class DrawnSurface {
  public:
-  /// `tiles`: those of the cut's patches must be resident, for as long as this lives.
+  /// `tiles`: those of the cut's patches must be resident, and their meshes made, for as long as this lives.
   DrawnSurface(const Cut& cut, const Frame& frame, const ResidentTiles& tiles);
 
   /// The drawn height in metres at a local place, not exaggerated; nothing where no patch of the cut lies.
@@ -23,13 +24,20 @@ class DrawnSurface {
 
  private:
   struct DrawnPatch {
+    float morph = 1.0F;
+    // Of a cut of patches:
     PatchPlacement place;
     bool rightAngle = true;
-    float morph = 1.0F;
     const float* heights = nullptr;  ///< of its tile
     LatticePoint texel;              ///< of the template's origin
     int texelUnit = 1;
+    // Of a cut of meshes:
+    std::optional<MeshTriangles> mesh;
+    glm::dvec2 tileOrigin{0.0};  ///< in lattice cells
+    double cellsASample = 1.0;
   };
+  void placeTemplate(const Patch& patch, const PatchGrid& grid, const Tile& tile, DrawnPatch& drawn) const;
+  void placeMesh(const Patch& patch, const ResidentTiles& tiles, DrawnPatch& drawn) const;
   const DrawnPatch* patchAt(glm::dvec2 cell) const;
   double heightIn(const DrawnPatch& patch, glm::dvec2 cell) const;
   float sample(const DrawnPatch& patch, LatticePoint vertex) const;

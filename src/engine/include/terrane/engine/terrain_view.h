@@ -47,7 +47,8 @@ struct ViewReport {
   int ramping = 0;           ///< diamonds that are fading in
   uint64_t tilesOnGpu = 0;
   uint64_t imageryOnGpu = 0;
-  uint64_t gpuBytes = 0;  ///< reserved
+  uint64_t gpuBytes = 0;   ///< reserved
+  uint64_t meshBytes = 0;  ///< of meshes in memory
   uint64_t tilesUploaded = 0;
   uint64_t imageryUploaded = 0;
   int mostFramesUntilUsed = 0;  ///< between a wished tile being decoded and it being drawn from
