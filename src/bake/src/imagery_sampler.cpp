@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "terrane/base/float4.h"
 #include "input_crs.h"
+#include "terrane/base/float4.h"
 
 namespace terrane {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "terrane/base/float4.h"
 #include "terrane/base/check.h"
+#include "terrane/base/float4.h"
 
 namespace terrane {
 

@@ -6,8 +6,8 @@
 #include <cstring>
 #include <vector>
 
-#include "terrane/base/float4.h"
 #include "terrane/base/check.h"
+#include "terrane/base/float4.h"
 
 namespace terrane {
 

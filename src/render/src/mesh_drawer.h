@@ -39,7 +39,9 @@ class MeshDrawer {
                 ImageryStore& imagery, MeshStore& meshes);
 
   /// Draws with a program whose vertex stage is mesh.vert. Returns the number of draw calls.
-  int draw(const gpu::Program& program, const MeshStore& meshes) const { return draw(program, meshes, false); }
+  int draw(const gpu::Program& program, const MeshStore& meshes) const {
+    return draw(program, meshes, false);
+  }
   /// The same with mesh_position.frag, which looks triangles up where the dialect allows it.
   void drawPlaces(const gpu::Program& program, const MeshStore& meshes) const;
   /// Draws the triangles' sides with the program in use, as lines; they are listed anew for each cut.

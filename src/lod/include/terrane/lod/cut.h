@@ -47,8 +47,9 @@ struct Cut {
   SurfaceKind surface = SurfaceKind::Patches;
   PatchGrid grid;
   std::vector<Patch> patches;
-  std::vector<TileWish> wishes;      ///< most error first; parents are resident
-  std::vector<MeshWish> meshWishes;  ///< for SurfaceKind::Meshes, coarse ones first; the levels before are made
+  std::vector<TileWish> wishes;  ///< most error first; parents are resident
+  std::vector<MeshWish>
+      meshWishes;   ///< for SurfaceKind::Meshes, coarse ones first; the levels before are made
   int ramping = 0;  ///< diamonds that are fading in: while there are any, the same view changes with time
 };
 

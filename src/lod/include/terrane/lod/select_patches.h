@@ -51,10 +51,10 @@ struct PatchSelection {
 /// everything resident, every patch in view has an error of at most tau, or the dataset's own bound. The
 /// root tile must be resident, else the cut is empty and wishes for it.
 ///
-/// With SurfaceKind::Meshes patches are those of MeshScale::of(frame), and go on where tiles end: smaller ones of
-/// the finest tiles' samples, with tighter bounds, until all samples count. A diamond splits only where the
-/// meshes of all its children are made, too; those that the metric asks for and that are not become mesh
-/// wishes. Only with SplitMetric::Full.
+/// With SurfaceKind::Meshes patches are those of MeshScale::of(frame), and go on where tiles end: smaller
+/// ones of the finest tiles' samples, with tighter bounds, until all samples count. A diamond splits only
+/// where the meshes of all its children are made, too; those that the metric asks for and that are not become
+/// mesh wishes. Only with SplitMetric::Full.
 ///
 /// With `selection.morph` the drawn surface is a continuous function of the camera. A `history` makes it one
 /// of time too: what a diamond's tiles or its parents held back in the last selection with that history,

@@ -58,8 +58,8 @@ class TerrainRenderer {
   /// The same, prepared here: two milliseconds more.
   Status uploadTile(TileId id, const Tile& tile);
   bool hasTile(TileId id) const;
-  /// For cuts of SurfaceKind::Meshes: the meshes of a tile's mesh level. What of them is drawn comes to the GPU
-  /// with the frame that draws it first. Forgotten with the tile.
+  /// For cuts of SurfaceKind::Meshes: the meshes of a tile's mesh level. What of them is drawn comes to the
+  /// GPU with the frame that draws it first. Forgotten with the tile.
   void addMeshes(TileId id, std::shared_ptr<const MeshLevel> meshes);
   bool hasMeshes(TileId id, int level) const;
   /// Forgets a tile; nothing happens if it is not there.
