@@ -346,7 +346,7 @@ TEST_P(MeshLevels, EndWithAllSamples) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Grounds, MeshLevels, ::testing::Range(0U, 15U));
+INSTANTIATE_TEST_SUITE_P(Grounds, MeshLevels, ::testing::Range(0U, 10U));
 
 }  // namespace
 }  // namespace terrane

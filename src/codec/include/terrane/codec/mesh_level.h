@@ -63,8 +63,8 @@ struct MeshLevel {
 };
 
 /// Makes a mesh level of a tile. `before`: the level before of the same tile or, for a tile's first level,
-/// the last own one of its parent; null for the world's first. A pure function, any thread; two to five
-/// milliseconds.
+/// the last own one of its parent; null for the world's first. A pure function, any thread; one to
+/// three milliseconds.
 MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel* before,
                         const MeshScale& meshScale, const ElevationScale& scale);
 

@@ -57,7 +57,7 @@ struct MeshLevelRule {
 /// (inheritedVertices() where these are the parent tile's; empty for the world's first level); they stay. The
 /// surface keeps to `band`, but where a side's given vertices do not let it. Depends on the tile's samples,
 /// `inherited`, band and rule alone; what is given on the tile's border, on samples of that border, what is
-/// inherited there, and the rule. About 1.3 ms.
+/// inherited there, and the rule. About half a millisecond.
 std::vector<uint8_t> chooseMeshVertices(const TileSamples& samples, const HeightBand& band,
                                         std::span<const uint8_t> inherited, const MeshLevelRule& rule);
 
