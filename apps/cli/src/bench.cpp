@@ -117,7 +117,8 @@ Status runBench(BenchOptions& options) {
 
   FlightHead head{fileName(terrain->dataset().directory()),
                   std::filesystem::path(options.flight).stem().string(), options.surface, "",
-                  options.patchSamples};
+                  options.selection.surface == SurfaceKind::Meshes ? MeshScale().grid.samplesPerSide()
+                                                                   : options.patchSamples};
   if (!options.policy.empty())
     return runStreamBench(options, *terrain, flight, reference ? &*reference : nullptr, head, *progress);
 
