@@ -55,7 +55,7 @@ std::array<double, kTileSamples> alongBlocks(const std::array<double, kBlocks>& 
   return out;
 }
 
-HeightBand bandOf(const Tile& tile, const Blocks& blocks) {
+HeightBand bandOf(const Tile& tile, const Blocks& blocks, bool isFinest) {
   const std::vector<float>& heights = tile.samples.heights;
   const double least = *std::min_element(blocks.tolerance.begin(), blocks.tolerance.end());
   // note: a little less, for what floats round.
@@ -75,7 +75,7 @@ HeightBand bandOf(const Tile& tile, const Blocks& blocks) {
       high[x] += static_cast<float>(tolerances[x]);
     }
   }
-  const std::vector<uint8_t> measured = measuredSamples(tile.samples);
+  const std::vector<uint8_t> measured = measuredSamples(tile.samples, isFinest);
   for (size_t i = 0; i < measured.size(); ++i)
     if (measured[i] == 0) out.low[i] = out.high[i] = std::numeric_limits<float>::quiet_NaN();
   return out;
@@ -132,7 +132,7 @@ MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel*
   const int bintreeLevel = level + 2 * id.level;
   const double bound = meshScale.boundMeters(bintreeLevel);
   const Blocks blocks = blocksOf(id, tile, bound, std::max(kLeastShare * bound, exact), scale);
-  const HeightBand band = bandOf(tile, blocks);
+  const HeightBand band = bandOf(tile, blocks, id.level == meshScale.finestLevel);
 
   std::vector<uint8_t> inherited;
   if (before != nullptr) {

@@ -267,7 +267,7 @@ class VertexChooser {
 
 }  // namespace
 
-std::vector<uint8_t> measuredSamples(const TileSamples& samples) {
+std::vector<uint8_t> measuredSamples(const TileSamples& samples, bool isFinest) {
   const auto isGround = [&](int x, int y) {
     return samples.states[static_cast<size_t>(y * kStride + x)] != SampleState::Void;
   };
@@ -278,7 +278,7 @@ std::vector<uint8_t> measuredSamples(const TileSamples& samples) {
     for (int x = 0; x < kTileSamples; ++x) {
       if (isGround(x, y)) continue;
       bool counts = false;
-      for (int row = std::max(0, y - 1); row <= std::min(kTileCells, y + 1); ++row) {
+      for (int row = std::max(0, y - 1); !isFinest && row <= std::min(kTileCells, y + 1); ++row) {
         for (int col = std::max(0, x - 1); col <= std::min(kTileCells, x + 1); ++col) {
           const bool isCell = row <= y && col <= x && row < kTileCells && col < kTileCells;
           counts |= isGround(col, row) || (isCell && samples.coverage.covered(col, row));

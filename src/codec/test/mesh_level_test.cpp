@@ -233,7 +233,7 @@ TEST_P(MeshLevels, KeepToTheirError) {
   const MeshedTile root = world.root(8);
   const MeshedTile child = world.child(root, 1, 8);
   for (const MeshedTile* tile : {&root, &child}) {
-    const std::vector<uint8_t> measured = measuredSamples(tile->tile.samples);
+    const std::vector<uint8_t> measured = measuredSamples(tile->tile.samples, tile->id.level == 1);
     for (const auto& [level, meshes] : tile->levels) {
       const double bound = world.meshScale().boundMeters(level + 2 * tile->id.level);
       for (int index = 0; index < patchCount(level); ++index) {
@@ -299,7 +299,7 @@ TEST_P(MeshLevels, KeepToTheirErrorBetweenSamples) {
   std::mt19937 random(GetParam());
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   for (const MeshedTile* tile : {&root, &child}) {
-    const std::vector<uint8_t> measured = measuredSamples(tile->tile.samples);
+    const std::vector<uint8_t> measured = measuredSamples(tile->tile.samples, tile->id.level == 1);
     for (const auto& [level, meshes] : tile->levels) {
       for (int index = 0; index < patchCount(level); ++index) {
         const OnePatch patch = patchOf(*tile, level, index);

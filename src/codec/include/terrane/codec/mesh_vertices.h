@@ -37,9 +37,10 @@ struct HeightBand {
   float leastMeters = 0.0F;  ///< at least so far from the samples' own heights, everywhere
 };
 
-/// Which samples meshes are held against: ground, and what fills a void where ground is shown beside it.
-/// Where nothing is void the result is empty: all.
-std::vector<uint8_t> measuredSamples(const TileSamples& samples);
+/// Which samples meshes are held against: ground, and what fills a void where ground is shown beside it; of a
+/// finest tile ground alone, for there nothing is shown of a cell with a void corner. Where nothing is void
+/// the result is empty: all.
+std::vector<uint8_t> measuredSamples(const TileSamples& samples, bool isFinest);
 
 /// Which level, and what holds along its patches' sides.
 struct MeshLevelRule {
