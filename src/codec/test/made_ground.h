@@ -27,8 +27,8 @@ class MadeGround {
     }
   }
 
-  /// A tile with error codes that claim `errorMeters(block x, block y)` for its blocks of 16 x 16 cells.
-  Tile tile(TileId id, const ElevationScale& scale, std::mt19937& random, int mostCode) const {
+  /// A tile whose nodes have random error codes, `mostCode` at most.
+  Tile tile(TileId id, std::mt19937& random, int mostCode) const {
     Tile out;
     const int step = 1 << (depth_ - id.level);
     out.samples.heights.resize(kTileSampleCount);
@@ -45,7 +45,6 @@ class MadeGround {
     const auto nodes = static_cast<size_t>(tileNodeCount(id.isRoot()));
     for (size_t i = 0; i < nodes; ++i)
       out.nodes.error.push_back(static_cast<uint8_t>(random() % static_cast<unsigned>(mostCode + 1)));
-    (void)scale;
     return out;
   }
 

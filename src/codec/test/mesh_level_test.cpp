@@ -39,7 +39,7 @@ class MeshedWorld {
 
  private:
   MeshedTile make(TileId id, const MeshLevel* before, int lastLevel) {
-    MeshedTile out{id, ground_.tile(id, scale_, random_, 30), {}};
+    MeshedTile out{id, ground_.tile(id, random_, 30), {}};
     for (int level = meshScale_.firstLevel(id.isRoot()); level <= lastLevel; ++level) {
       out.levels.emplace(level, makeMeshLevel(id, out.tile, level, before, meshScale_, scale_));
       before = &out.levels.at(level);
