@@ -1,214 +1,264 @@
-#include <emscripten/bind.h>
+#include "web_view.h"
 
-#include <memory>
-#include <optional>
-#include <string>
+#include <emscripten.h>
+#include <emscripten/heap.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string_view>
+#include <utility>
 
 #include "terrane/engine/default_style.h"
-#include "terrane/engine/terrain_view.h"
-#include "terrane/render/terrain_renderer.h"
 
-/// What a page sees of the engine: a view of one dataset on one canvas. web/README.md tells it in JavaScript.
+// Lets emscripten find a canvas that is in no document, or has no id. Returns the name that it goes by.
+// clang-format off
+EM_JS(void, terrane_name_canvas, (emscripten::EM_VAL canvas), {
+  specialHTMLTargets["!terrane"] = Emval.toValue(canvas);
+});
+// clang-format on
+
 namespace terrane {
 namespace {
 
+constexpr const char* kCanvasName = "!terrane";
 constexpr double kRadians = 0.017453292519943295;
 /// Decoding between two frames, so that both fit into one at 60 a second.
 constexpr double kDecodeSeconds = 0.006;
 
-/// One frame's numbers, for pages.
-struct WebReport {
-  double triangles = 0.0;
-  double patches = 0.0;
-  double errorPixels = 0.0;
-  double tau = 0.0;
-  double tilesOnGpu = 0.0;
-  double imageryOnGpu = 0.0;
-  double gpuBytes = 0.0;
-  double bytesReceived = 0.0;
-  double requests = 0.0;
-  double requestsFailed = 0.0;
-  double tilesLost = 0.0;
-  bool isOffline = false;
-};
+uint64_t bytesOf(double megabytes) {
+  return static_cast<uint64_t>(std::clamp(megabytes, 1.0, 4096.0) * 1048576.0);
+}
 
-class WebView {
- public:
-  WebView(const std::string& canvasSelector, const std::string& url, double tauPixels, int samples)
-      : samples_(samples) {
-    auto context = gpu::Context::createOnCanvas(canvasSelector);
-    if (!context.ok()) {
-      fail(context.error());
-      return;
-    }
-    context_ = std::move(context).value();
-    auto renderer = TerrainRenderer::create(*context_);
-    if (!renderer.ok()) {
-      fail(renderer.error());
-      return;
-    }
-    renderer_ = std::move(renderer).value();
-    ViewOptions options;
-    options.selection.tolerancePixels = tauPixels;
-    // A tab shares its machine with others, and is closed where it takes too much.
-    options.stream.compressedBytes = 32U << 20;
-    options.stream.decodedBytes = 128U << 20;
-    options.stream.pictureBytes = 32U << 20;
-    options.gpuGeometryBytes = 96U << 20;
-    options.gpuTextureBytes = 192U << 20;
-    view_ = std::make_unique<TerrainView>(openHttpTransport(url), workers_, renderer_.get(), options);
-  }
-
-  /// Why nothing more will be drawn; empty while all is well.
-  std::string problem() const { return problem_; }
-  /// What went wrong last without ending it; empty if nothing did.
-  std::string trouble() const { return view_ ? view_->problem() : std::string(); }
-  std::string rendererName() const { return context_ ? context_->rendererName() : std::string(); }
-  bool isReady() const { return view_ && view_->phase() == StreamPhase::Ready; }
-  bool isSettled() const { return view_ && view_->isSettled() && workers_.isIdle(); }
-
-  /// From the point `eye` to the point `target`, in the dataset's CRS, with heights in metres; before it is
-  /// ready already.
-  void setCamera(double eyeEast, double eyeNorth, double eyeHeight, double targetEast, double targetNorth,
-                 double targetHeight, double fovyDegrees) {
-    wanted_ = WantedCamera{
-        {eyeEast, eyeNorth, eyeHeight}, {targetEast, targetNorth, targetHeight}, fovyDegrees * kRadians};
-  }
-  /// Of the canvas, in its own pixels.
-  /// How tiles become triangles: "patches" or "meshes"; anything else changes nothing.
-  void setSurface(const std::string& name) {
-    if (view_ == nullptr) return;
-    if (name == "patches") view_->selection().surface = SurfaceKind::Patches;
-    if (name == "meshes") view_->selection().surface = SurfaceKind::Meshes;
-  }
-  void setSize(int width, int height) {
-    width_ = width;
-    height_ = height;
-  }
-
-  /// The next frame is drawn whatever changed: the canvas has lost its picture.
-  void redraw() {
-    if (view_) view_->requestRender();
-  }
-
-  /// Once a frame: takes in what has come, draws if the picture is another one (then true), decodes for a
-  /// while.
-  bool frame(double nowSeconds) {
-    if (!view_ || !problem_.empty() || width_ < 1 || height_ < 1) return false;
-    auto changed = view_->update(camera(), nowSeconds);
-    if (!changed.ok()) {
-      fail(changed.error());
-      return false;
-    }
-    if (*changed && isReady()) {
-      const Status drawn = draw();
-      if (!drawn.ok()) fail(drawn.error());
-    }
-    workers_.work(kDecodeSeconds);
-    return *changed;
-  }
-
-  WebReport report() const {
-    if (!view_) return {};
-    const ViewReport& from = view_->report();
-    return {.triangles = static_cast<double>(from.triangles),
-            .patches = static_cast<double>(from.patches),
-            .errorPixels = from.errorPixels,
-            .tau = from.tau,
-            .tilesOnGpu = static_cast<double>(from.tilesOnGpu),
-            .imageryOnGpu = static_cast<double>(from.imageryOnGpu),
-            .gpuBytes = static_cast<double>(from.gpuBytes),
-            .bytesReceived = static_cast<double>(from.stream.bytesReceived),
-            .requests = static_cast<double>(from.stream.requests),
-            .requestsFailed = static_cast<double>(from.stream.requestsFailed),
-            .tilesLost = static_cast<double>(from.stream.tilesLost),
-            .isOffline = from.stream.isOffline};
-  }
-
-  /// The picture as it was drawn last: four bytes a pixel, row by row from the top, as an ImageData has them.
-  emscripten::val readPicture() {
-    pixels_ = picture_ ? picture_->readRgba8() : std::vector<uint8_t>();
-    return emscripten::val(emscripten::typed_memory_view(pixels_.size(), pixels_.data()));
-  }
-
- private:
-  struct WantedCamera {
-    glm::dvec3 eyeCrs;
-    glm::dvec3 targetCrs;
-    double fovyRadians = 0.0;
-  };
-
-  void fail(const Error& error) { problem_ = error.message; }
-
-  Camera camera() const {
-    Camera out;
-    out.width = width_;
-    out.height = height_;
-    if (!isReady()) return out;
-    if (!wanted_) return overviewCamera(view_->groundBox(), 180.0, 32.0, out.fovyRadians, width_, height_);
-    const Frame& frame = view_->manifest().frame;
-    return lookAt(frame.localFromCrs(wanted_->eyeCrs), frame.localFromCrs(wanted_->targetCrs),
-                  wanted_->fovyRadians, width_, height_);
-  }
-
-  Status draw() {
-    if (!picture_ || picture_->spec().width != width_ || picture_->spec().height != height_) {
-      picture_.reset();
-      TERRANE_ASSIGN(gpu::Framebuffer made,
-                     gpu::Framebuffer::create(*context_, {.width = width_, .height = height_}));
-      picture_.emplace(std::move(made));
-    }
-    RenderStyle style = defaultStyle(view_->manifest());
-    style.samples = samples_;
-    const auto drawn = renderer_->draw(view_->cut(), view_->manifest().frame, camera(), style, *picture_);
-    if (!drawn.ok()) return drawn.error();
-    picture_->copyToWindow();
-    return {};
-  }
-
-  std::string problem_;
-  int samples_;
-  int width_ = 0;
-  int height_ = 0;
-  std::optional<WantedCamera> wanted_;
-  std::unique_ptr<gpu::Context> context_;
-  std::unique_ptr<TerrainRenderer> renderer_;
-  SlicedWorkers workers_;
-  std::unique_ptr<TerrainView> view_;
-  std::optional<gpu::Framebuffer> picture_;
-  std::vector<uint8_t> pixels_;
-};
+template <class Enum, size_t N>
+void choose(Enum& out, const std::array<std::pair<std::string_view, Enum>, N>& names,
+            const std::string& name) {
+  for (const auto& [known, value] : names)
+    if (known == name) out = value;
+}
+constexpr std::array<std::pair<std::string_view, ColorMode>, 6> kModes = {{{"shaded", ColorMode::Shaded},
+                                                                           {"height", ColorMode::Height},
+                                                                           {"slope", ColorMode::Slope},
+                                                                           {"normals", ColorMode::Normals},
+                                                                           {"tiles", ColorMode::Tiles},
+                                                                           {"error", ColorMode::Error}}};
+constexpr std::array<std::pair<std::string_view, OutlineMode>, 3> kOutlines = {
+    {{"none", OutlineMode::None}, {"wireframe", OutlineMode::Wireframe}, {"patches", OutlineMode::Patches}}};
+constexpr std::array<std::pair<std::string_view, SurfaceKind>, 2> kSurfaces = {
+    {{"patches", SurfaceKind::Patches}, {"meshes", SurfaceKind::Meshes}}};
 
 }  // namespace
 
-EMSCRIPTEN_BINDINGS(terrane) {
-  emscripten::value_object<WebReport>("Report")
-      .field("triangles", &WebReport::triangles)
-      .field("patches", &WebReport::patches)
-      .field("errorPixels", &WebReport::errorPixels)
-      .field("tau", &WebReport::tau)
-      .field("tilesOnGpu", &WebReport::tilesOnGpu)
-      .field("imageryOnGpu", &WebReport::imageryOnGpu)
-      .field("gpuBytes", &WebReport::gpuBytes)
-      .field("bytesReceived", &WebReport::bytesReceived)
-      .field("requests", &WebReport::requests)
-      .field("requestsFailed", &WebReport::requestsFailed)
-      .field("tilesLost", &WebReport::tilesLost)
-      .field("isOffline", &WebReport::isOffline);
-  emscripten::class_<WebView>("View")
-      .constructor<std::string, std::string, double, int>()
-      .function("problem", &WebView::problem)
-      .function("trouble", &WebView::trouble)
-      .function("rendererName", &WebView::rendererName)
-      .function("isReady", &WebView::isReady)
-      .function("isSettled", &WebView::isSettled)
-      .function("setCamera", &WebView::setCamera)
-      .function("setSize", &WebView::setSize)
-      .function("setSurface", &WebView::setSurface)
-      .function("redraw", &WebView::redraw)
-      .function("frame", &WebView::frame)
-      .function("report", &WebView::report)
-      .function("readPicture", &WebView::readPicture);
+WebView::WebView(emscripten::val canvas, const std::string& url, const WebLimits& limits) {
+  terrane_name_canvas(canvas.as_handle());
+  auto context = gpu::Context::createOnCanvas(kCanvasName);
+  if (!context.ok()) {
+    fail(context.error());
+    return;
+  }
+  context_ = std::move(context).value();
+  auto renderer = TerrainRenderer::create(*context_);
+  if (!renderer.ok()) {
+    fail(renderer.error());
+    return;
+  }
+  renderer_ = std::move(renderer).value();
+  ViewOptions options;
+  options.stream.compressedBytes = bytesOf(limits.compressed);
+  options.stream.decodedBytes = bytesOf(limits.decoded);
+  options.stream.pictureBytes = bytesOf(limits.pictures);
+  options.gpuGeometryBytes = bytesOf(limits.gpuGeometry);
+  options.gpuTextureBytes = bytesOf(limits.gpuTexture);
+  options.uploadBytesAFrame = bytesOf(limits.uploadAFrame);
+  view_ = std::make_unique<TerrainView>(openHttpTransport(url), workers_, renderer_.get(), options);
+}
+
+std::string WebView::datasetJson() const {
+  if (!isReady()) return "null";
+  const Manifest& m = view_->manifest();
+  const Frame& frame = m.frame;
+  const double east = frame.originEasting + static_cast<double>(m.extentCols - 1) * frame.spacingX;
+  const double south = frame.originNorthing - static_cast<double>(m.extentRows - 1) * frame.spacingY;
+  const auto boundsOf = [](double w, double s, double e, double n) {
+    return nlohmann::json{{"west", w}, {"south", s}, {"east", e}, {"north", n}};
+  };
+  nlohmann::json layers = nlohmann::json::array();
+  for (const ImageryLayerRecord& layer : m.imagery) {
+    const double texel = std::ldexp(frame.spacingXMeters(), frame.finestLevel - layer.finestLevel);
+    layers.push_back(
+        {{"name", layer.name},
+         {"attribution", layer.attribution},
+         {"bounds", boundsOf(layer.bounds[0], layer.bounds[1], layer.bounds[2], layer.bounds[3])},
+         {"texelMeters", texel}});
+  }
+  uint64_t bytes = 0;
+  for (const ArchiveRecord& archive : m.archives) bytes += archive.bytes;
+  return nlohmann::json{{"name", m.name},
+                        {"crsName", m.crsName},
+                        {"crsWkt", m.crsWkt},
+                        {"attribution", m.attribution},
+                        {"verticalDatum", m.verticalDatum},
+                        {"bounds", boundsOf(frame.originEasting, south, east, frame.originNorthing)},
+                        {"minHeight", m.minHeight},
+                        {"maxHeight", m.maxHeight},
+                        {"maxErrorMeters", m.maxErrorMeters},
+                        {"spacingMeters", frame.spacingXMeters()},
+                        {"metersPerUnit", frame.metersPerUnit},
+                        {"finestLevel", frame.finestLevel},
+                        {"layers", layers},
+                        {"bytes", bytes}}
+      .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+void WebView::setSize(int width, int height) {
+  width_ = width;
+  height_ = height;
+}
+
+void WebView::setStyle(const WebStyle& style) {
+  if (!view_) return;
+  style_ = style;
+  PatchSelection& selection = view_->selection();
+  choose(selection.surface, kSurfaces, style.surface);
+  selection.exaggeration = style.exaggeration;
+  view_->setFrameControl({.leastTau = style.tau, .mostTau = style.tau});
+  view_->requestRender();
+}
+
+void WebView::setCamera(double eyeEast, double eyeNorth, double eyeHeight, double targetEast,
+                        double targetNorth, double targetHeight, double fovyDegrees) {
+  wanted_ = WantedCamera{
+      {eyeEast, eyeNorth, eyeHeight}, {targetEast, targetNorth, targetHeight}, fovyDegrees * kRadians};
+}
+
+void WebView::redraw() {
+  if (view_) view_->requestRender();
+}
+
+bool WebView::frame(double nowSeconds) {
+  if (!view_ || !problem_.empty() || width_ < 1 || height_ < 1) return false;
+  context_->makeCurrent();
+  const Camera seen = camera();
+  if (!style_.frozen)
+    frozen_.reset();
+  else if (!frozen_ && isReady())
+    frozen_ = seen;
+  if (frozen_) view_->requestRender();
+  auto changed = view_->update(frozen_.value_or(seen), nowSeconds);
+  if (!changed.ok()) {
+    fail(changed.error());
+    return false;
+  }
+  const bool draws = *changed && isReady();
+  if (draws) {
+    const Status drawn = draw(seen);
+    if (!drawn.ok()) fail(drawn.error());
+  }
+  workers_.work(kDecodeSeconds);
+  return draws;
+}
+
+Camera WebView::camera() const {
+  Camera out;
+  out.width = width_;
+  out.height = height_;
+  if (!isReady()) return out;
+  if (!wanted_) return overviewCamera(view_->groundBox(), 180.0, 32.0, out.fovyRadians, width_, height_);
+  const Frame& frame = view_->manifest().frame;
+  const auto local = [&](glm::dvec3 crs) {
+    glm::dvec3 place = frame.localFromCrs(crs);
+    place.z *= style_.exaggeration;
+    return place;
+  };
+  return lookAt(local(wanted_->eyeCrs), local(wanted_->targetCrs), wanted_->fovyRadians, width_, height_);
+}
+
+RenderStyle WebView::renderStyle() const {
+  RenderStyle out = defaultStyle(view_->manifest());
+  out.samples = static_cast<int>(style_.samples);
+  choose(out.mode, kModes, style_.mode);
+  choose(out.outline, kOutlines, style_.outline);
+  out.exaggeration = style_.exaggeration;
+  out.sunAzimuthDegrees = style_.sunAzimuth;
+  out.sunAltitudeDegrees = style_.sunAltitude;
+  out.haze = style_.haze;
+  out.imageryRelief = style_.imageryRelief;
+  out.imageryBrightness = style_.imageryBrightness;
+  out.tauPixels = style_.tau;
+  if (!style_.water) out.waterLevelMeters.reset();
+  if (frozen_) {
+    const GroundBox box = view_->groundBox();
+    out.frustum = FrustumOverlay{*frozen_, 0.5 * glm::length(box.high - box.low)};
+  }
+  return out;
+}
+
+Status WebView::draw(const Camera& camera) {
+  if (!picture_ || picture_->spec().width != width_ || picture_->spec().height != height_) {
+    picture_.reset();
+    TERRANE_ASSIGN(gpu::Framebuffer made,
+                   gpu::Framebuffer::create(*context_, {.width = width_, .height = height_}));
+    picture_.emplace(std::move(made));
+  }
+  TERRANE_ASSIGN(drawn_,
+                 renderer_->draw(view_->cut(), view_->manifest().frame, camera, renderStyle(), *picture_));
+  picture_->copyToWindow();
+  return {};
+}
+
+WebReport WebView::report() const {
+  if (!view_) return {};
+  const ViewReport& from = view_->report();
+  const StreamStatistics& stream = from.stream;
+  return {.triangles = static_cast<double>(from.triangles),
+          .patches = static_cast<double>(from.patches),
+          .drawCalls = static_cast<double>(drawn_.drawCalls),
+          .errorPixels = from.errorPixels,
+          .tau = from.tau,
+          .memoryFactor = from.memoryFactor,
+          .ramping = static_cast<double>(from.ramping),
+          .tilesOnGpu = static_cast<double>(from.tilesOnGpu),
+          .imageryOnGpu = static_cast<double>(from.imageryOnGpu),
+          .gpuBytes = static_cast<double>(from.gpuBytes),
+          .meshBytes = static_cast<double>(from.meshBytes),
+          .decodedBytes = static_cast<double>(stream.decodedBytes),
+          .heapBytes = static_cast<double>(emscripten_get_heap_size()),
+          .bytesReceived = static_cast<double>(stream.bytesReceived),
+          .bytesUnwanted = static_cast<double>(stream.bytesUnwanted),
+          .bytesUnderway = static_cast<double>(stream.bytesUnderway),
+          .requests = static_cast<double>(stream.requests),
+          .requestsUnderway = static_cast<double>(stream.requestsUnderway),
+          .requestsFailed = static_cast<double>(stream.requestsFailed),
+          .tilesDecoded = static_cast<double>(stream.tilesDecoded),
+          .tilesLost = static_cast<double>(stream.tilesLost),
+          .wishes = static_cast<double>(stream.wishes),
+          .wishedBytes = static_cast<double>(stream.wishedBytes),
+          .debt = stream.debt,
+          .looseness = stream.looseness,
+          .bytesPerSecond = stream.bytesPerSecond,
+          .latencySeconds = stream.latencySeconds,
+          .selectSeconds = from.selectSeconds,
+          .isOffline = stream.isOffline};
+}
+
+emscripten::val WebView::tilesByLevel() {
+  numbers_.clear();
+  if (view_) {
+    std::set<TileId> seen;
+    for (const Patch& patch : view_->cut().patches) {
+      if (!seen.insert(patch.tile).second) continue;
+      const auto level = static_cast<size_t>(patch.tile.level);
+      if (numbers_.size() <= level) numbers_.resize(level + 1, 0.0);
+      numbers_[level] += 1.0;
+    }
+  }
+  return emscripten::val(emscripten::typed_memory_view(numbers_.size(), numbers_.data()));
+}
+
+emscripten::val WebView::readPicture() {
+  pixels_ = picture_ ? picture_->readRgba8() : std::vector<uint8_t>();
+  return emscripten::val(emscripten::typed_memory_view(pixels_.size(), pixels_.data()));
 }
 
 }  // namespace terrane

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <emscripten/val.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "terrane/engine/terrain_view.h"
+#include "terrane/render/terrain_renderer.h"
+
+namespace terrane {
+
+/// What a view may take, in megabytes of 2^20 bytes: EngineLimits of web/package/src/engine.ts.
+struct WebLimits {
+  double compressed = 32.0;
+  double decoded = 128.0;
+  double pictures = 32.0;
+  double gpuGeometry = 96.0;
+  double gpuTexture = 192.0;
+  double uploadAFrame = 4.0;
+};
+
+/// EngineStyle of web/package/src/engine.ts.
+struct WebStyle {
+  std::string surface = "patches";
+  double tau = 1.0;
+  double samples = 4.0;
+  std::string mode = "shaded";
+  std::string outline = "none";
+  double exaggeration = 1.0;
+  double sunAzimuth = 315.0;
+  double sunAltitude = 38.0;
+  bool haze = true;
+  double imageryRelief = 0.45;
+  double imageryBrightness = 1.0;
+  bool water = true;
+  bool frozen = false;
+};
+
+/// EngineReport of web/package/src/engine.ts.
+struct WebReport {
+  double triangles = 0.0;
+  double patches = 0.0;
+  double drawCalls = 0.0;
+  double errorPixels = 0.0;
+  double tau = 0.0;
+  double memoryFactor = 1.0;
+  double ramping = 0.0;
+  double tilesOnGpu = 0.0;
+  double imageryOnGpu = 0.0;
+  double gpuBytes = 0.0;
+  double meshBytes = 0.0;
+  double decodedBytes = 0.0;
+  double heapBytes = 0.0;
+  double bytesReceived = 0.0;
+  double bytesUnwanted = 0.0;
+  double bytesUnderway = 0.0;
+  double requests = 0.0;
+  double requestsUnderway = 0.0;
+  double requestsFailed = 0.0;
+  double tilesDecoded = 0.0;
+  double tilesLost = 0.0;
+  double wishes = 0.0;
+  double wishedBytes = 0.0;
+  double debt = 0.0;
+  double looseness = 1.0;
+  double bytesPerSecond = 0.0;
+  double latencySeconds = 0.0;
+  double selectSeconds = 0.0;
+  bool isOffline = false;
+};
+
+/// A view of one dataset on one canvas, as pages have it. web/package/src/engine.ts says what each function
+/// does; bindings.cpp binds them.
+class WebView {
+ public:
+  WebView(emscripten::val canvas, const std::string& url, const WebLimits& limits);
+
+  std::string problem() const { return problem_; }
+  std::string trouble() const { return view_ ? view_->problem() : std::string(); }
+  std::string rendererName() const { return context_ ? context_->rendererName() : std::string(); }
+  bool isReady() const { return view_ && view_->phase() == StreamPhase::Ready; }
+  bool isSettled() const { return view_ && view_->isSettled() && workers_.isIdle(); }
+  std::string datasetJson() const;
+
+  void setSize(int width, int height);
+  void setStyle(const WebStyle& style);
+  void setCamera(double eyeEast, double eyeNorth, double eyeHeight, double targetEast, double targetNorth,
+                 double targetHeight, double fovyDegrees);
+
+  bool frame(double nowSeconds);
+  void redraw();
+  WebReport report() const;
+  emscripten::val tilesByLevel();
+  emscripten::val readPicture();
+
+ private:
+  struct WantedCamera {
+    glm::dvec3 eyeCrs;
+    glm::dvec3 targetCrs;
+    double fovyRadians = 0.0;
+  };
+
+  void fail(const Error& error) { problem_ = error.message; }
+  Camera camera() const;
+  RenderStyle renderStyle() const;
+  Status draw(const Camera& camera);
+
+  std::string problem_;
+  WebStyle style_;
+  int width_ = 0;
+  int height_ = 0;
+  std::optional<WantedCamera> wanted_;
+  std::optional<Camera> frozen_;  ///< what is drawn was chosen for it
+  std::unique_ptr<gpu::Context> context_;
+  std::unique_ptr<TerrainRenderer> renderer_;
+  SlicedWorkers workers_;
+  std::unique_ptr<TerrainView> view_;
+  std::optional<gpu::Framebuffer> picture_;
+  DrawStatistics drawn_;
+  std::vector<uint8_t> pixels_;
+  std::vector<double> numbers_;  ///< what the last question was answered with
+};
+
+}  // namespace terrane
