@@ -246,13 +246,26 @@ class TerraneViewer implements Viewer {
     if (this.isDisposed || this.scheduled !== 0) return;
     clearTimeout(this.timer);
     this.timer = 0;
-    this.scheduled = requestAnimationFrame(() => this.step());
+    this.scheduled = requestAnimationFrame(() => {
+      this.scheduled = 0;
+      // A mistake somewhere does not stop the picture for ever.
+      let isResting = true;
+      try {
+        isResting = this.step();
+      } catch (error) {
+        reportError(error);
+      }
+      if (this.isDisposed || this.native === null || this.wrong?.isFatal) return;
+      // A page that rests costs nothing.
+      if (isResting) this.timer = window.setTimeout(() => this.wake(), kIdleMilliseconds);
+      else this.wake();
+    });
   }
 
-  private step(): void {
-    this.scheduled = 0;
+  /** A frame. Returns whether nothing moves and nothing more comes. */
+  private step(): boolean {
     const { native } = this;
-    if (native === null || this.wrong?.isFatal) return;
+    if (native === null) return true;
     const now = performance.now();
     const sinceLast = now - this.lastStep;
     const seconds = clamp(sinceLast / 1000, 0, 0.1);
@@ -278,12 +291,9 @@ class TerraneViewer implements Viewer {
       if (this.events.has("frame")) this.events.tell("frame", this.statistics());
     }
 
-    // A page that rests costs nothing.
-    const isResting = !isDrawn && !isGoing && !isResized && native.isSettled() && this.recorder === null &&
-      now - this.lastMoved > kRestMilliseconds;
-    if (this.isDisposed || this.native === null) return;
-    if (isResting) this.timer = window.setTimeout(() => this.wake(), kIdleMilliseconds);
-    else this.wake();
+    return (
+      !isDrawn && !isGoing && !isResized && native.isSettled() && this.recorder === null && now - this.lastMoved > kRestMilliseconds
+    );
   }
 
   private becomeReady(native: EngineView): void {
