@@ -22,13 +22,18 @@ void SlicedWorkers::submit(std::unique_ptr<Work> work) {
   waiting_.push_back(std::move(work));
 }
 
+std::unique_ptr<Work> SlicedWorkers::takeFirst() {
+  if (waiting_.empty()) return nullptr;
+  std::unique_ptr<Work> first = std::move(waiting_.front());
+  waiting_.pop_front();
+  return first;
+}
+
 int SlicedWorkers::work(double seconds) {
   const auto begun = std::chrono::steady_clock::now();
   int done = 0;
   // note: taking an answer may submit more.
-  while (!waiting_.empty()) {
-    const std::unique_ptr<Work> work = std::move(waiting_.front());
-    waiting_.pop_front();
+  while (const std::unique_ptr<Work> work = takeFirst()) {
     work->run();
     ++done;
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begun;

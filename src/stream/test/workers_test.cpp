@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <vector>
 
 namespace terrane {
@@ -43,6 +42,19 @@ TEST(SlicedWorkers, WhoTakesAnAnswerMayOrderMore) {
   });
   EXPECT_EQ(workers.work(1e9), 2);
   EXPECT_EQ(done, (std::vector<int>{2, 4}));
+}
+
+TEST(SlicedWorkers, GiveAwayWhatWaitsAndTakeItBack) {
+  SlicedWorkers workers;
+  std::vector<int> done;
+  for (int i = 0; i < 3; ++i) workers.order(Double{i}, [&done](int answer) { done.push_back(answer); });
+  std::unique_ptr<Work> first = workers.takeFirst();
+  std::unique_ptr<Work> second = workers.takeFirst();
+  second->run();
+  workers.putFirst(std::move(first));
+  EXPECT_EQ(workers.work(1e9), 2);
+  EXPECT_EQ(done, (std::vector<int>{2, 0, 4}));
+  EXPECT_EQ(workers.takeFirst(), nullptr);
 }
 
 /// As a worker with a memory of its own does it: the order goes there as bytes, the answer comes back so.

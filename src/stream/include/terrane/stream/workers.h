@@ -40,6 +40,9 @@ class SlicedWorkers final : public Workers {
   /// if there is one; the last may take longer. Returns how many.
   int work(double seconds);
   bool isIdle() const { return waiting_.empty(); }
+  /// For those who can have it done elsewhere: the first that waits, null if there is none; and back again.
+  std::unique_ptr<Work> takeFirst();
+  void putFirst(std::unique_ptr<Work> work) { waiting_.push_front(std::move(work)); }
 
  private:
   std::deque<std::unique_ptr<Work>> waiting_;
