@@ -114,7 +114,8 @@ void MeshDrawer::drawPlaces(const gpu::Program& program, const MeshStore& meshes
     context_.bindStorage(kVertexBinding, meshes.vertices().name());
     context_.bindStorage(kIndexBinding, meshes.indices().name());
   }
-  draw(program, meshes, true);
+  // Only who looks triangles up by their number in the call needs one for each range.
+  draw(program, meshes, !context_.isGles());
 }
 
 void MeshDrawer::drawLines(const MeshStore& meshes) {
