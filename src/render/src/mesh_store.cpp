@@ -6,21 +6,18 @@ namespace terrane {
 
 namespace {
 
-/// Room at first, 28 MB: what a frame draws several times over, so that little of it is written again.
-constexpr uint32_t kFirstVertices = 1U << 20;
-constexpr uint32_t kFirstIndices = 1U << 22;
 /// Growth ends here, a gigabyte: then the caller draws too much.
 constexpr uint32_t kMostUnits = 1U << 27;
 constexpr int kSlotShift = 18;
 
 }  // namespace
 
-MeshStore::MeshStore(gpu::Context& context)
+MeshStore::MeshStore(gpu::Context& context, const Room& room)
     : context_(context),
       vertices_(GL_ARRAY_BUFFER),
       indices_(GL_ELEMENT_ARRAY_BUFFER),
-      vertexUnits_(kFirstVertices),
-      indexUnits_(kFirstIndices) {}
+      vertexUnits_(room.vertices),
+      indexUnits_(room.indices) {}
 
 Status MeshStore::makeBuffers() {
   const size_t vertexBytes = size_t{vertexUnits_} * sizeof(PatchVertex);

@@ -40,7 +40,14 @@ class MeshStore {
   /// Slots that there are at most: a vertex has 14 bits for them.
   static constexpr int kMostSlots = 1 << 14;
 
-  explicit MeshStore(gpu::Context& context);
+  /// Room at first, in vertices and indices: 28 MB, what a frame draws several times over, so that little of
+  /// it is written again. It grows where that is too little.
+  struct Room {
+    uint32_t vertices = 1U << 20;
+    uint32_t indices = 1U << 22;
+  };
+  explicit MeshStore(gpu::Context& context) : MeshStore(context, Room()) {}
+  MeshStore(gpu::Context& context, const Room& room);
 
   /// A tile's meshes of a level may be drawn from now on; they replace what was there.
   void add(TileId id, std::shared_ptr<const MeshLevel> meshes);
