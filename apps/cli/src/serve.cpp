@@ -3,6 +3,8 @@
 
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
+#include <system_error>
 
 #include "commands.h"
 #include "common.h"
@@ -15,7 +17,7 @@ namespace {
 
 constexpr const char* kExamples =
     "Examples:\n"
-    "  terrane serve alps.terrane                          at http://127.0.0.1:8080/, this machine only\n"
+    "  terrane serve alps.terrane                          open http://127.0.0.1:8080/ and fly\n"
     "  terrane serve *.terrane --port 0                    at any free port; the URL is printed\n"
     "  terrane serve alps.terrane --cors                   pages of other sites may read it, too\n"
     "  terrane serve alps.terrane --bind 0.0.0.0 --access-log access.log\n"
@@ -23,7 +25,22 @@ constexpr const char* kExamples =
     "\n"
     "docs/serving.md lists every URL. SIGTERM or Ctrl-C lets what runs finish; a second one ends at once.";
 
+namespace fs = std::filesystem;
+
+/// The viewer that lies beside this program: where it was installed, or where it was built. Empty: none.
+std::string findViewer() {
+  std::error_code trouble;
+  const fs::path program = fs::read_symlink("/proc/self/exe", trouble);
+  if (trouble) return {};
+  const fs::path folder = program.parent_path();
+  for (const fs::path& candidate : {folder / "../share/terrane/viewer", folder / "../../viewer"})
+    if (fs::is_regular_file(candidate / "index.html", trouble))
+      return fs::canonical(candidate, trouble).string();
+  return {};
+}
+
 struct Options {
+  bool noViewer = false;
   serve::SiteOptions site;
   serve::ServerOptions server;
   std::string accessLog;
@@ -46,6 +63,12 @@ int runServe(Options options) {
   const auto cacheBytes = parseByteSize(options.cache);
   if (!cacheBytes.ok()) return fail(makeError("--cache: {}", cacheBytes.error().message), output);
   options.site.cacheBytes = *cacheBytes;
+
+  if (options.noViewer) options.site.viewerFolder.clear();
+  const bool isBeside = !options.noViewer && options.site.viewerFolder.empty();
+  if (isBeside) options.site.viewerFolder = findViewer();
+  if (isBeside && options.site.viewerFolder.empty() && !options.quiet)
+    std::fprintf(stderr, "terrane: there is no viewer beside this program; ./dev build web makes it\n");
 
   // Threads inherit what is blocked here, so that the signals come to sigwait alone.
   const sigset_t signals = stopSignals();
@@ -103,6 +126,10 @@ void addServeCommand(CLI::App& app, CommandContext& context) {
                    "Let pages of this origin read what is served (\"https://example.org\"); alone: of any")
       ->expected(0, 1)
       ->default_str("*");
+  CLI::Option* viewer = command->add_option("--viewer", options->site.viewerFolder,
+                                            "The folder of the viewer; without, that beside this program");
+  command->add_flag("--no-viewer", options->noViewer, "A plain page in place of the viewer")
+      ->excludes(viewer);
   command->add_option("--threads", options->server.threads, "Threads that serve; 0 for as many as cores")
       ->capture_default_str()
       ->check(CLI::Range(0, 256));

@@ -50,7 +50,7 @@ int maxSceneSamples() {
 
 Status Context::readCapabilities(const ContextOptions& options) {
   api_ = options.api;
-  rendererName_ = driverString(GL_RENDERER);
+  rendererName_ = driverString(driver::rendererNameKey());
   versionName_ = driverString(GL_VERSION);
   for (const char* name : {"llvmpipe", "softpipe", "SwiftShader"})
     if (rendererName_.find(name) != std::string::npos) isSoftware_ = true;

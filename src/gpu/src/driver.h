@@ -11,6 +11,8 @@ namespace terrane::gpu::driver {
 
 /// Is it the wanted dialect in a version that suffices?
 bool speaks(Api api);
+/// What to ask glGetString() for the name of what draws.
+GLenum rendererNameKey();
 /// What an OpenGL ES context may lack, in Workarounds' words; nothing of it for desktop OpenGL.
 bool hasFloatTargets(Api api);
 bool hasClipControl(Api api);

@@ -2,6 +2,9 @@
 
 namespace terrane::gpu::driver {
 
+GLenum rendererNameKey() {
+  return GL_RENDERER;
+}
 bool speaks(Api api) {
   const bool isGles = api == Api::OpenGlEs;
   return epoxy_is_desktop_gl() != isGles && epoxy_gl_version() >= (isGles ? 30 : 45);

@@ -24,6 +24,11 @@ bool hasExtension(const char* name) {
 bool speaks(Api api) {
   return api == Api::OpenGlEs;
 }
+// note: some browsers say their own name until they are asked for the driver's.
+GLenum rendererNameKey() {
+  constexpr GLenum kUnmaskedRenderer = 0x9246;
+  return hasExtension("WEBGL_debug_renderer_info") ? kUnmaskedRenderer : GL_RENDERER;
+}
 bool hasFloatTargets(Api) {
   return hasExtension("EXT_color_buffer_float");
 }

@@ -12,6 +12,7 @@
 #include "terrain_queries.h"
 #include "terrane/dataset/hash.h"
 #include "terrane/serve/request_target.h"
+#include "viewer_files.h"
 
 namespace terrane::serve {
 namespace {
@@ -56,13 +57,15 @@ struct Call {
 
 struct Site::State {
   std::vector<std::unique_ptr<ServedDataset>> datasets;
-  TextEntity page;
+  ViewerFiles viewer;
+  TextEntity page;  ///< where there is no viewer
   TextEntity list;
   std::string corsOrigin;
   Metrics* metrics = nullptr;
   QueryLimits limits;
 
   HttpResponse dispatch(const HttpRequest& request) const;
+  HttpResponse outsideDatasets(const HttpRequest& request, const RequestTarget& target) const;
   HttpResponse inDataset(Call call, const ServedDataset& served) const;
   HttpResponse archive(const Call& call, const ServedArchive& archive, bool versioned) const;
   HttpResponse tile(const Call& call, const ServedDataset& served, const ServedArchive* layer) const;
@@ -88,6 +91,9 @@ Result<std::unique_ptr<Site>> Site::open(const SiteOptions& options, Metrics& me
             directory, served->name);
     }
     state->datasets.push_back(std::move(served));
+  }
+  if (!options.viewerFolder.empty()) {
+    TERRANE_ASSIGN(state->viewer, ViewerFiles::read(options.viewerFolder));
   }
   const std::string list = datasetsJson(state->datasets), page = indexPage(state->datasets);
   state->list = makeTextEntity(list, sha256(list).substr(0, 32), "application/json");
@@ -143,39 +149,44 @@ HttpResponse Site::State::dispatch(const HttpRequest& request) const {
   if (!target.ok()) return refuse(400, fmt::format("Bad request target: {}.", target.error().message));
   const std::vector<std::string>& path = target->path;
 
-  // What belongs to no dataset.
-  if (path.size() < 2) {
-    const std::string_view name = path.empty() ? std::string_view("/") : std::string_view(path[0]);
-    const Route route = name == "/"               ? Route::Page
-                        : name == "datasets.json" ? Route::List
-                        : name == "healthz"       ? Route::Health
-                        : name == "metrics"       ? Route::Metrics
-                                                  : Route::Refused;
-    if (route == Route::Refused || (!path.empty() && target->trailingSlash))
-      return refuse(404, "There is nothing here; / lists what is served.");
-    if (!isReading(request.method)) return notAllowed(route, "GET, HEAD, OPTIONS");
-    if (route == Route::List) return answerText(request, route, list, kRevalidate);
-    if (route == Route::Metrics) return metricsText();
-    if (route == Route::Page) {
-      HttpResponse response = answerText(request, route, page, kRevalidate);
-      response.add("Content-Security-Policy",
-                   "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'");
-      response.add("Referrer-Policy", "no-referrer");
-      return response;
-    }
-    HttpResponse response;
-    response.route = route;
-    response.add("Content-Type", kTextPlain);
-    response.add("Cache-Control", "no-store");
-    response.text = "ok\n";
-    return response;
-  }
-
-  if (path[0] != "d") return refuse(404, "There is nothing here; / lists what is served.");
+  if (path.size() < 2 || path[0] != "d") return outsideDatasets(request, *target);
   for (const auto& served : datasets) {
     if (served->name == path[1]) return inDataset({request, *target, 2}, *served);
   }
   return refuse(404, "There is no dataset of this name; /datasets.json lists those that there are.");
+}
+
+HttpResponse Site::State::outsideDatasets(const HttpRequest& request, const RequestTarget& target) const {
+  std::string path;
+  for (const std::string& segment : target.path) path += (path.empty() ? "" : "/") + segment;
+  const Route route = path.empty()              ? Route::Page
+                      : path == "datasets.json" ? Route::List
+                      : path == "healthz"       ? Route::Health
+                      : path == "metrics"       ? Route::Metrics
+                                                : Route::Refused;
+  const bool isSlashed = !path.empty() && target.trailingSlash;
+  const bool isOurs = route == Route::List || route == Route::Health || route == Route::Metrics;
+  std::optional<HttpResponse> file;
+  if (!isSlashed && !isOurs) file = viewer.answer(request, path);
+  if (isSlashed || (route == Route::Refused && !file))
+    return refuse(404, "There is nothing here; /datasets.json lists what is served.");
+  if (!isReading(request.method)) return notAllowed(file ? Route::Page : route, "GET, HEAD, OPTIONS");
+  if (file) return *file;
+  if (route == Route::List) return answerText(request, route, list, kRevalidate);
+  if (route == Route::Metrics) return metricsText();
+  if (route == Route::Page) {
+    HttpResponse response = answerText(request, route, page, kRevalidate);
+    response.add("Content-Security-Policy",
+                 "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'");
+    response.add("Referrer-Policy", "no-referrer");
+    return response;
+  }
+  HttpResponse response;
+  response.route = route;
+  response.add("Content-Type", kTextPlain);
+  response.add("Cache-Control", "no-store");
+  response.text = "ok\n";
+  return response;
 }
 
 HttpResponse Site::State::inDataset(Call call, const ServedDataset& served) const {

@@ -117,6 +117,49 @@ TEST_F(SiteTest, ListsWhatIsServed) {
   EXPECT_NE(bodyOf(get("/metrics")).find("terrane_tile_cache_bytes{dataset=\"made\"}"), std::string::npos);
 }
 
+TEST_F(SiteTest, GivesTheViewerAndNothingElseOfItsFolder) {
+  const fs::path folder = *folder_ / "viewer";
+  fs::create_directories(folder / "assets");
+  std::ofstream(*folder_ / "secret.txt") << "secret";
+  std::ofstream(folder / "healthz") << "not this";
+  SiteOptions options;
+  options.datasets = {(*folder_ / "made.terrane").string()};
+  options.viewerFolder = folder.string();
+  Metrics metrics;
+  const auto without = Site::open(options, metrics);
+  ASSERT_FALSE(without.ok());
+  EXPECT_NE(without.error().message.find("index.html"), std::string::npos) << without.error().message;
+
+  std::ofstream(folder / "index.html") << "<!doctype html><title>made</title>";
+  std::ofstream(folder / "assets" / "index-1a2b.js") << std::string(5000, ' ');
+  std::ofstream(folder / "assets" / "engine.wasm") << "wasm";
+  const auto opened = Site::open(options, metrics);
+  ASSERT_TRUE(opened.ok()) << opened.error().message;
+  const auto ask = [&](std::string_view method, std::string_view target) {
+    HttpRequest request;
+    request.method = method;
+    request.target = target;
+    request.acceptEncoding = "gzip";
+    return (*opened)->answer(request);
+  };
+  const HttpResponse page = ask("GET", "/?dataset=made");
+  EXPECT_EQ(bodyOf(page), "<!doctype html><title>made</title>");
+  EXPECT_EQ(field(page, "Cache-Control"), "no-cache");
+  EXPECT_NE(field(page, "Content-Security-Policy").find("wasm-unsafe-eval"), std::string::npos);
+  const HttpResponse script = ask("GET", "/assets/index-1a2b.js");
+  EXPECT_EQ(script.status, 200);
+  EXPECT_EQ(field(script, "Content-Encoding"), "gzip");
+  EXPECT_EQ(field(script, "Content-Type"), "text/javascript; charset=utf-8");
+  EXPECT_NE(field(script, "Cache-Control").find("immutable"), std::string::npos);
+  EXPECT_EQ(field(ask("GET", "/assets/engine.wasm"), "Content-Type"), "application/wasm");
+  EXPECT_EQ(ask("POST", "/assets/engine.wasm").status, 405);
+  EXPECT_EQ(bodyOf(ask("GET", "/healthz")), "ok\n");
+  EXPECT_EQ(ask("GET", "/datasets.json").status, 200);
+  for (const char* target : {"/assets", "/assets/", "/assets/none.js", "/secret.txt", "/../secret.txt",
+                             "/assets/../../secret.txt", "/%2e%2e/secret.txt", "/index.html/"})
+    EXPECT_GE(ask("GET", target).status, 400) << target;
+}
+
 TEST_F(SiteTest, FilesAreThereUnderTheHashForeverAndWithoutItForNow) {
   for (const std::string& name :
        {std::string("manifest.json"), std::string("elevation.pmtiles"), std::string("imagery.pmtiles")}) {

@@ -18,6 +18,8 @@ export interface EngineOptions {
 }
 
 export interface Engine {
+  /** Ends the workers. */
+  dispose?(): void;
   View: new (canvas: HTMLCanvasElement, datasetUrl: string, limits: EngineLimits) => EngineView;
 }
 

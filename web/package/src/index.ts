@@ -1,0 +1,2 @@
+export * from "./api.js";
+export { createViewer } from "./viewer.js";

@@ -1,0 +1,3 @@
+import type { MakeEngine } from "./engine.js";
+declare const makeEngine: MakeEngine;
+export default makeEngine;

@@ -1,0 +1,742 @@
+import {
+  type Bounds, type DatasetInfo, type LayerState, type Line, type Loading, type Pass, type Place, type Problem, type ProblemCode,
+  type ProfilePoint, type Profile, type Recording, type Settings, type Sight, type Statistics, type View, type Viewer,
+  type ViewerEvents, ViewerError, type ViewerOptions,
+} from "./api.js";
+import { FlyControls } from "./controls/fly.js";
+import type { CameraHost, Controls } from "./controls/host.js";
+import { MapControls } from "./controls/map.js";
+import { type DeviceDefaults, defaultsFor, detectProfile, isSoftwareRenderer } from "./device.js";
+import type { Engine, EngineReport, EngineView } from "./engine.js";
+import { Events } from "./events.js";
+import { FlightRecorder } from "./flight_recorder.js";
+import {
+  type Vector, add, basisOf, clamp, kSteepestPitch, pixelOf, scale, viewBetween, worldFromPlace, wrapHeading,
+} from "./geometry.js";
+import { packLines } from "./ground_lines.js";
+import { type Motion, glide } from "./motion.js";
+import makeEngine from "./terrane.mjs";
+
+const kUsualFov = 45;
+/** The eye stays so far above the ground, metres, when somebody moves it. */
+const kLeastClearance = 3;
+/** Nothing moves and nothing comes: looked after so often. */
+const kIdleMilliseconds = 250;
+/** The camera counts as moving for so long after it moved. */
+const kRestMilliseconds = 180;
+/** Frames that are slower than this on average cannot afford more than one sample a pixel while the camera moves. */
+const kSlowFrameMilliseconds = 24;
+const kFramesToJudge = 12;
+/** A line of sight of this many metres from camera to target: long enough for directions, short enough for numbers. */
+const kTargetMeters = 1000;
+
+/** Shows a dataset on a canvas, whose size on the page it follows. Returns at once; `ready` tells when the dataset is open. */
+export function createViewer(canvas: HTMLCanvasElement, options: ViewerOptions): Viewer {
+  return new TerraneViewer(canvas, options);
+}
+
+class TerraneViewer implements Viewer {
+  readonly ready: Promise<DatasetInfo>;
+  private resolveReady!: (info: DatasetInfo) => void;
+  private rejectReady!: (error: ViewerError) => void;
+
+  private readonly events = new Events<ViewerEvents>();
+  private readonly device: DeviceDefaults;
+  private readonly chosen: Settings;
+  private readonly url: string;
+  private readonly resizes: ResizeObserver;
+  private readonly abort = new AbortController();
+
+  private engine: Engine | null = null;
+  private native: EngineView | null = null;
+  private info: DatasetInfo | null = null;
+  private layerStates: LayerState[] = [];
+  private current: View;
+  private isPlaced: boolean;
+  private wrong: Problem | null = null;
+  private isDisposed = false;
+
+  private readonly allLines = new Map<string, Line>();
+  private areLinesStale = false;
+  private readonly passes = new Map<string, Pass>();
+
+  private way: "map" | "fly" | "none" = "none";
+  private controller: Controls | null = null;
+  private motion: { at: Motion; begun: number; done: (arrived: boolean) => void } | null = null;
+  private recorder: FlightRecorder | null = null;
+
+  private scheduled = 0;
+  private timer = 0;
+  private lastStep = 0;
+  private lastMoved = -1e9;
+  private samplesNow = 1;
+  private canAffordSamples = true;
+  private slow = { frames: 0, milliseconds: 0 };
+  private frameMilliseconds = 0;
+  private intervalMilliseconds = 0;
+  private loading: Loading = { phase: "engine", bytesReceived: 0, bytesWanted: 0, requestsUnderway: 0 };
+
+  constructor(readonly canvas: HTMLCanvasElement, private readonly options: ViewerOptions) {
+    const profile: Profile = options.profile ?? detectProfile();
+    this.device = defaultsFor(profile);
+    this.chosen = checkSettings({ ...this.device.settings, ...options.settings });
+    this.url = new URL(options.dataset, location.href).href;
+    this.isPlaced = options.view !== undefined;
+    this.current = { easting: 0, northing: 0, height: 0, heading: 0, pitch: -30, fov: kUsualFov, ...options.view };
+    this.ready = new Promise((resolve, reject) => {
+      this.resolveReady = resolve;
+      this.rejectReady = reject;
+    });
+    // Nobody needs to wait for it.
+    this.ready.catch(() => {});
+
+    if (canvas.tabIndex < 0) canvas.tabIndex = 0;
+    canvas.style.touchAction = "none";
+    const { signal } = this.abort;
+    canvas.addEventListener("webglcontextlost", (event) => this.contextLost(event), { signal });
+    canvas.addEventListener("webglcontextrestored", () => this.contextRestored(), { signal });
+    document.addEventListener("visibilitychange", () => this.requestRender(), { signal });
+    this.resizes = new ResizeObserver(() => this.wake());
+    this.resizes.observe(canvas);
+    this.controls = options.controls === false ? "none" : "map";
+    void this.start();
+  }
+
+  // ------------------------------------------------------------------------------------------ beginning and end
+
+  private async start(): Promise<void> {
+    this.tellLoading({ phase: "engine" });
+    if (typeof WebGL2RenderingContext === "undefined" || typeof WebAssembly === "undefined") {
+      this.fail("no-webgl2", "This browser has no WebGL2. Update it, or use a current Firefox, Chrome, Edge or Safari.");
+      return;
+    }
+    try {
+      const { assets } = this.options;
+      const base = assets === undefined ? null : new URL(assets.endsWith("/") ? assets : assets + "/", location.href);
+      this.engine = await makeEngine({
+        ...(base ? { locateFile: (name: string) => new URL(name, base).href } : {}),
+        makeWorker: () =>
+          base
+            ? new Worker(new URL("worker.js", base), { type: "module" })
+            : new Worker(new URL("./worker.js", import.meta.url), { type: "module" }),
+        workerCount: this.options.workers ?? this.device.workers,
+      });
+    } catch (error) {
+      this.fail("engine", `The engine did not load: ${error instanceof Error ? error.message : String(error)}`);
+      return;
+    }
+    if (this.isDisposed) return;
+    this.tellLoading({ phase: "dataset" });
+    this.makeView();
+  }
+
+  private makeView(): void {
+    if (this.engine === null || this.isDisposed) return;
+    const native = new this.engine.View(this.canvas, this.url, this.device.limits);
+    const problem = native.problem();
+    if (problem !== "") {
+      native.delete();
+      this.fail("no-webgl2", `There is no WebGL2 here: ${problem}. Hardware acceleration may be switched off in the browser's settings.`);
+      return;
+    }
+    this.native = native;
+    if (isSoftwareRenderer(native.rendererName())) {
+      // Nobody asked for more: pictures drawn by the processor are as plain as they can be.
+      const asked = this.options.settings ?? {};
+      if (asked.samples === undefined) this.chosen.samples = 1;
+      if (asked.pixelRatio === undefined) this.chosen.pixelRatio = 1;
+      this.canAffordSamples = false;
+    }
+    if (this.info !== null) this.givePasses(native);
+    if (this.layerStates.length > 0) this.giveLayers(native);
+    this.areLinesStale = true;
+    this.samplesNow = this.canAffordSamples ? this.chosen.samples : 1;
+    this.giveStyle();
+    this.wake();
+  }
+
+  private contextLost(event: Event): void {
+    // Otherwise it would never come back.
+    event.preventDefault();
+    if (this.isDisposed) return;
+    this.native?.delete();
+    this.native = null;
+    this.setProblem({
+      code: "context-lost",
+      message: "The graphics were taken away from this page; the picture comes back when they do.",
+      isFatal: false,
+    });
+  }
+
+  private contextRestored(): void {
+    if (this.isDisposed) return;
+    this.setProblem(null);
+    this.makeView();
+  }
+
+  dispose(): void {
+    if (this.isDisposed) return;
+    this.isDisposed = true;
+    this.endMotion(false);
+    cancelAnimationFrame(this.scheduled);
+    clearTimeout(this.timer);
+    this.controller?.detach();
+    this.abort.abort();
+    this.resizes.disconnect();
+    this.native?.delete();
+    this.native = null;
+    this.engine?.dispose?.();
+    this.engine = null;
+    this.events.clear();
+    if (this.info === null)
+      this.rejectReady(new ViewerError({ code: "engine", message: "The viewer was given back before it was ready.", isFatal: true }));
+  }
+
+  // ------------------------------------------------------------------------------------------ problems, loading
+
+  get problem(): Problem | null {
+    return this.wrong;
+  }
+
+  private fail(code: ProblemCode, message: string): void {
+    this.setProblem({ code, message, isFatal: true });
+    this.rejectReady(new ViewerError({ code, message, isFatal: true }));
+  }
+
+  private setProblem(problem: Problem | null): void {
+    if (this.wrong?.isFatal) return;
+    if (problem?.code === this.wrong?.code && problem?.message === this.wrong?.message) return;
+    this.wrong = problem;
+    this.events.tell("problem", problem);
+  }
+
+  private watch(native: EngineView, report: EngineReport): void {
+    const problem = native.problem();
+    if (problem !== "") {
+      this.fail("no-dataset", problem);
+    } else if (report.isOffline) {
+      const what = this.info === null ? "trying again until it does" : "what is here stays, and the rest is asked for until it does";
+      this.setProblem({ code: "offline", message: `The server does not answer; ${what}.`, isFatal: false });
+    } else if (report.tilesLost > 0) {
+      this.setProblem({
+        code: "damaged",
+        message: `${report.tilesLost} parts of the ground are missing or damaged; coarser ground stands for them. ${native.trouble()}`,
+        isFatal: false,
+      });
+    } else {
+      this.setProblem(null);
+    }
+  }
+
+  private tellLoading(change: Partial<Loading>): void {
+    const now = { ...this.loading, ...change };
+    const isSame = (Object.keys(now) as (keyof Loading)[]).every((key) => now[key] === this.loading[key]);
+    this.loading = now;
+    if (!isSame) this.events.tell("loading", now);
+  }
+
+  // ------------------------------------------------------------------------------------------ frames
+
+  requestRender(): void {
+    this.native?.redraw();
+    this.wake();
+  }
+
+  private wake(): void {
+    if (this.isDisposed || this.scheduled !== 0) return;
+    clearTimeout(this.timer);
+    this.timer = 0;
+    this.scheduled = requestAnimationFrame(() => {
+      this.scheduled = 0;
+      // A mistake somewhere does not stop the picture for ever.
+      let isResting = true;
+      try {
+        isResting = this.step();
+      } catch (error) {
+        reportError(error);
+      }
+      if (this.isDisposed || this.native === null || this.wrong?.isFatal) return;
+      // A page that rests costs nothing.
+      if (isResting) this.timer = window.setTimeout(() => this.wake(), kIdleMilliseconds);
+      else this.wake();
+    });
+  }
+
+  /** A frame. Returns whether nothing moves and nothing more comes. */
+  private step(): boolean {
+    const { native } = this;
+    if (native === null) return true;
+    const now = performance.now();
+    const sinceLast = now - this.lastStep;
+    const seconds = clamp(sinceLast / 1000, 0, 0.1);
+    this.lastStep = now;
+
+    if (this.info === null && native.isReady()) this.becomeReady(native);
+    const isGoing = this.info !== null && this.moveOn(now / 1000, seconds);
+    const isResized = this.takeSize(native);
+    this.giveCamera(native);
+    if (this.areLinesStale && this.info !== null) this.giveLines(native);
+    this.chooseSamples(now, native);
+
+    const begun = performance.now();
+    const isDrawn = native.frame(begun / 1000);
+    this.frameMilliseconds = performance.now() - begun;
+    this.intervalMilliseconds = sinceLast;
+    const report = native.report();
+    this.watch(native, report);
+    this.tellProgress(native, report);
+    this.recorder?.see(this.current, now / 1000);
+    if (isDrawn) {
+      this.judge(sinceLast);
+      if (this.events.has("frame")) this.events.tell("frame", this.statistics());
+    }
+
+    return (
+      !isDrawn && !isGoing && !isResized && native.isSettled() && this.recorder === null && now - this.lastMoved > kRestMilliseconds
+    );
+  }
+
+  private becomeReady(native: EngineView): void {
+    const info = JSON.parse(native.datasetJson()) as DatasetInfo;
+    this.info = info;
+    this.layerStates = info.layers.map((layer) => ({ ...layer, visible: true }));
+    if (!this.isPlaced) this.place({ ...this.overview() });
+    else this.place(completeView(this.current, this.options.view ?? {}, this.overview()));
+    this.givePasses(native);
+    this.resolveReady(info);
+    this.events.tell("ready", info);
+    this.events.tell("layers", this.layerStates);
+  }
+
+  /** Controls, glides and flights. Returns whether any goes on. */
+  private moveOn(nowSeconds: number, seconds: number): boolean {
+    if (this.motion !== null) {
+      const at = this.motion.at(nowSeconds - this.motion.begun);
+      if (at === null) this.endMotion(true);
+      else this.place(at);
+      return true;
+    }
+    return this.controller?.tick(seconds) ?? false;
+  }
+
+  private takeSize(native: EngineView): boolean {
+    const width = Math.max(1, Math.round(this.canvas.clientWidth * this.chosen.pixelRatio));
+    const height = Math.max(1, Math.round(this.canvas.clientHeight * this.chosen.pixelRatio));
+    const isNew = this.canvas.width !== width || this.canvas.height !== height;
+    if (isNew) {
+      this.canvas.width = width;
+      this.canvas.height = height;
+      native.redraw();
+    }
+    native.setSize(width, height);
+    return isNew;
+  }
+
+  private giveCamera(native: EngineView): void {
+    if (this.info === null) return;
+    const { metersPerUnit, exaggeration } = this.world();
+    const { forward } = basisOf(this.current);
+    const { easting, northing, height, fov } = this.current;
+    native.setCamera(
+      easting, northing, height,
+      easting + (forward[0] * kTargetMeters) / metersPerUnit,
+      northing + (forward[1] * kTargetMeters) / metersPerUnit,
+      height + (forward[2] * kTargetMeters) / exaggeration,
+      fov,
+    );
+  }
+
+  /** All samples where nothing moves; while it moves only where the frames have shown that they can. */
+  private chooseSamples(now: number, native: EngineView): void {
+    const isAtRest = now - this.lastMoved > kRestMilliseconds && native.isSettled();
+    const wanted = isAtRest || this.canAffordSamples ? this.chosen.samples : 1;
+    if (wanted === this.samplesNow) return;
+    this.samplesNow = wanted;
+    this.giveStyle();
+  }
+
+  private judge(intervalMilliseconds: number): void {
+    if (this.samplesNow === 1 || !this.canAffordSamples || intervalMilliseconds > 500) return;
+    this.slow.frames += 1;
+    this.slow.milliseconds += intervalMilliseconds;
+    if (this.slow.frames < kFramesToJudge) return;
+    if (this.slow.milliseconds / this.slow.frames > kSlowFrameMilliseconds) this.canAffordSamples = false;
+    this.slow = { frames: 0, milliseconds: 0 };
+  }
+
+  private tellProgress(native: EngineView, report: EngineReport): void {
+    const hasGround = report.tilesOnGpu > 0;
+    const phase = native.isSettled() && hasGround ? "settled" : hasGround ? "detail" : this.info === null ? "dataset" : "ground";
+    this.tellLoading({
+      phase,
+      bytesReceived: report.bytesReceived,
+      bytesWanted: report.wishedBytes,
+      requestsUnderway: report.requestsUnderway,
+    });
+  }
+
+  statistics(): Statistics {
+    const report = this.native?.report();
+    return {
+      frameMilliseconds: this.frameMilliseconds,
+      intervalMilliseconds: this.intervalMilliseconds,
+      triangles: report?.triangles ?? 0,
+      patches: report?.patches ?? 0,
+      drawCalls: report?.drawCalls ?? 0,
+      errorPixels: report?.errorPixels ?? 0,
+      tau: report?.tau ?? 0,
+      tilesByLevel: [...(this.native?.tilesByLevel() ?? [])],
+      tilesOnGpu: report?.tilesOnGpu ?? 0,
+      imageryOnGpu: report?.imageryOnGpu ?? 0,
+      gpuBytes: report?.gpuBytes ?? 0,
+      memoryBytes: report?.heapBytes ?? 0,
+      bytesReceived: report?.bytesReceived ?? 0,
+      requests: report?.requests ?? 0,
+      requestsFailed: report?.requestsFailed ?? 0,
+      bytesPerSecond: report?.bytesPerSecond ?? 0,
+      latencySeconds: report?.latencySeconds ?? 0,
+      wishes: report?.wishes ?? 0,
+      debt: report?.debt ?? 0,
+      isOffline: report?.isOffline ?? false,
+      renderer: this.native?.rendererName() ?? "",
+    };
+  }
+
+  get isSettled(): boolean {
+    return this.native?.isSettled() ?? false;
+  }
+
+  // ------------------------------------------------------------------------------------------ settings and layers
+
+  get dataset(): DatasetInfo | null {
+    return this.info;
+  }
+  get settings(): Readonly<Settings> {
+    return this.chosen;
+  }
+  get layers(): readonly LayerState[] {
+    return this.layerStates;
+  }
+
+  set(settings: Partial<Settings>): void {
+    Object.assign(this.chosen, checkSettings({ ...this.chosen, ...settings }));
+    if (settings.samples !== undefined) this.canAffordSamples = !isSoftwareRenderer(this.native?.rendererName() ?? "");
+    if (settings.pixelRatio !== undefined) this.areLinesStale = true;
+    this.samplesNow = this.canAffordSamples ? this.chosen.samples : 1;
+    this.giveStyle();
+    this.events.tell("settings", this.chosen);
+    this.wake();
+  }
+
+  private giveStyle(): void {
+    const { pixelRatio, ...style } = this.chosen;
+    this.native?.setStyle({ ...style, tau: style.tau * pixelRatio, samples: this.samplesNow });
+    this.wake();
+  }
+
+  setLayer(name: string, visible: boolean): void {
+    if (!this.layerStates.some((layer) => layer.name === name)) throw new RangeError(`There is no layer "${name}".`);
+    this.layerStates = this.layerStates.map((layer) => (layer.name === name ? { ...layer, visible } : layer));
+    if (this.native) this.giveLayers(this.native);
+    this.events.tell("layers", this.layerStates);
+    this.wake();
+  }
+
+  private giveLayers(native: EngineView): void {
+    native.setImageryLayers(this.layerStates.filter((layer) => layer.visible).map((layer) => layer.name).join("/"));
+  }
+
+  // ------------------------------------------------------------------------------------------ camera
+
+  get view(): View {
+    return { ...this.current };
+  }
+
+  private world(): { metersPerUnit: number; exaggeration: number } {
+    return { metersPerUnit: this.info?.metersPerUnit ?? 1, exaggeration: this.chosen.exaggeration };
+  }
+
+  private place(view: View): void {
+    const next = { ...view, heading: wrapHeading(view.heading), pitch: clamp(view.pitch, -kSteepestPitch, kSteepestPitch), fov: clamp(view.fov, 1, 170) };
+    if (!Object.values(next).every(Number.isFinite)) throw new RangeError(`A view of numbers is needed, not ${JSON.stringify(view)}.`);
+    this.current = next;
+    this.isPlaced = true;
+    this.lastMoved = performance.now();
+    this.events.tell("view", this.view);
+    this.wake();
+  }
+
+  setView(view: Partial<View>): void {
+    this.endMotion(false);
+    this.controller?.stop();
+    this.place({ ...this.current, ...view });
+  }
+
+  flyTo(view: Partial<View>, options: { seconds?: number } = {}): Promise<boolean> {
+    const from = this.view;
+    const to = { ...from, ...view };
+    to.heading = wrapHeading(to.heading);
+    const isStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    return this.setMotion(glide(from, to, this.world(), isStill ? 0 : options.seconds));
+  }
+
+  private setMotion(at: Motion): Promise<boolean> {
+    this.endMotion(false);
+    this.controller?.stop();
+    return new Promise((done) => {
+      this.motion = { at, begun: performance.now() / 1000, done };
+      this.wake();
+    });
+  }
+
+  private endMotion(arrived: boolean): void {
+    const { motion } = this;
+    this.motion = null;
+    motion?.done(arrived);
+  }
+
+  overview(bounds?: Bounds): View {
+    const { info } = this;
+    if (info === null) throw new Error("The dataset is not open yet: await viewer.ready.");
+    const world = this.world();
+    const box = bounds ?? info.bounds;
+    const low = worldFromPlace({ easting: box.west, northing: box.south, height: info.minHeight }, world);
+    const high = worldFromPlace({ easting: box.east, northing: box.north, height: info.maxHeight }, world);
+    const corners: Vector[] = [];
+    for (let i = 0; i < 8; ++i) corners.push([i & 1 ? high[0] : low[0], i & 2 ? high[1] : low[1], i & 4 ? high[2] : low[2]]);
+    const middle = scale(add(low, high), 0.5);
+    const canvas = { width: Math.max(1, this.canvas.clientWidth), height: Math.max(1, this.canvas.clientHeight) };
+    const direction: Vector = [0, -Math.cos(0.6), Math.sin(0.6)];
+    const from = (far: number): View => viewBetween(add(middle, scale(direction, far)), middle, this.current.fov, world);
+    const fits = (far: number): boolean =>
+      corners.every((corner) => {
+        const at = pixelOf(from(far), canvas, world, corner);
+        return at !== null && Math.abs(at.x / canvas.width - 0.5) < 0.47 && Math.abs(at.y / canvas.height - 0.5) < 0.45;
+      });
+    const size = Math.max(Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]), 1);
+    let [near, far] = [0.01 * size, 100 * size];
+    for (let i = 0; i < 40; ++i) {
+      const between = Math.sqrt(near * far);
+      if (fits(between)) far = between;
+      else near = between;
+    }
+    return from(far);
+  }
+
+  get controls(): "map" | "fly" | "none" {
+    return this.way;
+  }
+  set controls(way: "map" | "fly" | "none") {
+    if (way === this.way) return;
+    this.controller?.detach();
+    this.way = way;
+    this.controller = way === "map" ? new MapControls() : way === "fly" ? new FlyControls() : null;
+    this.controller?.attach(this.host);
+    this.wake();
+  }
+
+  private readonly host: CameraHost = ((viewer: TerraneViewer) => ({
+    get canvas() {
+      return viewer.canvas;
+    },
+    view: () => viewer.view,
+    move: (view: View) => {
+      if (viewer.info === null) return;
+      viewer.endMotion(false);
+      viewer.place(viewer.aboveGround(view));
+    },
+    world: () => viewer.world(),
+    size: () => ({ width: Math.max(1, viewer.canvas.clientWidth), height: Math.max(1, viewer.canvas.clientHeight) }),
+    groundUnder: (x: number, y: number) => {
+      const found = viewer.pick(x, y);
+      return found === null ? null : worldFromPlace(found, viewer.world());
+    },
+    clearance: () => {
+      const { easting, northing, height } = viewer.current;
+      const ground = viewer.elevationAt(easting, northing) ?? viewer.info?.minHeight ?? 0;
+      return Math.max((height - ground) * viewer.chosen.exaggeration, kLeastClearance);
+    },
+    wake: () => viewer.wake(),
+  }))(this);
+
+  private aboveGround(view: View): View {
+    const ground = this.elevationAt(view.easting, view.northing);
+    if (ground === null) return view;
+    return { ...view, height: Math.max(view.height, ground + kLeastClearance / this.chosen.exaggeration) };
+  }
+
+  // ------------------------------------------------------------------------------------------ questions
+
+  elevationAt(easting: number, northing: number): number | null {
+    const height = this.native?.elevationAt(easting, northing) ?? NaN;
+    return Number.isFinite(height) ? height : null;
+  }
+
+  pick(x: number, y: number): (Place & { distance: number }) | null {
+    if (this.native === null || this.info === null) return null;
+    // What is asked about is the camera as it is now, not as the last frame had it.
+    this.giveCamera(this.native);
+    const sharpness = this.canvas.width / Math.max(1, this.canvas.clientWidth);
+    const [easting, northing, height, distance] = this.native.pick(x * sharpness, y * sharpness);
+    if (easting === undefined || northing === undefined || height === undefined || distance === undefined) return null;
+    return { easting, northing, height, distance };
+  }
+
+  project(place: Place): { x: number; y: number } | null {
+    const canvas = { width: this.canvas.clientWidth, height: this.canvas.clientHeight };
+    return pixelOf(this.current, canvas, this.world(), worldFromPlace(place, this.world()));
+  }
+
+  profile(line: { easting: number; northing: number }[], samples = 256): ProfilePoint[] {
+    if (this.native === null || this.info === null || line.length < 2) return [];
+    const corners = new Float64Array(line.flatMap((point) => [point.easting, point.northing]));
+    const rows = this.native.profile(corners, Math.max(2, Math.floor(samples)));
+    const out: ProfilePoint[] = [];
+    for (let i = 0; i + 4 < rows.length; i += 5) {
+      const [distance = NaN, easting = NaN, northing = NaN, height = NaN, error = NaN] = rows.subarray(i, i + 5);
+      out.push({ distance, easting, northing, height, error });
+    }
+    return out;
+  }
+
+  lineOfSight(
+    from: { easting: number; northing: number; above?: number },
+    to: { easting: number; northing: number; above?: number },
+  ): Sight {
+    if (this.native === null || this.info === null) throw new Error("The dataset is not open yet: await viewer.ready.");
+    const [seen, clearance = NaN, easting, northing, height] = this.native.lineOfSight(
+      from.easting, from.northing, from.above ?? 2, to.easting, to.northing, to.above ?? 2,
+    );
+    const isHidden = seen !== 1 && easting !== undefined && northing !== undefined && height !== undefined;
+    return { visible: seen === 1, clearance, blockedAt: isHidden ? { easting, northing, height } : null };
+  }
+
+  // ------------------------------------------------------------------------------------------ lines and passes
+
+  get lines(): ReadonlyMap<string, Line> {
+    return this.allLines;
+  }
+  setLine(id: string, line: Line): void {
+    if (!line.points.every((point) => Number.isFinite(point.easting) && Number.isFinite(point.northing)))
+      throw new RangeError(`The line "${id}" has points that are no numbers.`);
+    this.allLines.set(id, line);
+    this.areLinesStale = true;
+    this.wake();
+  }
+  removeLine(id: string): void {
+    if (!this.allLines.delete(id)) return;
+    this.areLinesStale = true;
+    this.wake();
+  }
+  private giveLines(native: EngineView): void {
+    this.areLinesStale = false;
+    const packed = packLines(this.allLines.values(), this.chosen.pixelRatio);
+    native.setLines(packed.corners, packed.lines);
+  }
+
+  addPass(pass: Pass): void {
+    if (this.native && this.info) {
+      const trouble = this.givePass(this.native, pass);
+      if (trouble !== "") throw new ViewerError({ code: "engine", message: `The pass "${pass.name}" does not compile:\n${trouble}`, isFatal: false });
+    }
+    this.passes.set(pass.name, pass);
+    this.requestRender();
+  }
+  setPassUniforms(name: string, uniforms: Record<string, number | number[]>): void {
+    const pass = this.passes.get(name);
+    if (pass === undefined) throw new RangeError(`There is no pass "${name}".`);
+    this.passes.set(name, { ...pass, uniforms: { ...pass.uniforms, ...uniforms } });
+    if (this.native && this.info) giveUniforms(this.native, name, uniforms);
+    this.requestRender();
+  }
+  removePass(name: string): void {
+    if (!this.passes.delete(name)) return;
+    this.native?.removePass(name);
+    this.requestRender();
+  }
+  /** Those that were added before the dataset was open, or the graphics were lost. */
+  private givePasses(native: EngineView): void {
+    for (const pass of this.passes.values()) {
+      const trouble = this.givePass(native, pass);
+      if (trouble !== "") reportError(new Error(`The pass "${pass.name}" does not compile:\n${trouble}`));
+    }
+  }
+  private givePass(native: EngineView, pass: Pass): string {
+    const box = this.info?.bounds ?? { west: 0, east: 0, south: 0, north: 0 };
+    const origin = pass.origin ?? { easting: (box.west + box.east) / 2, northing: (box.south + box.north) / 2, height: 0 };
+    const trouble = native.setPass(pass.name, pass.fragment, origin.easting, origin.northing, origin.height);
+    if (trouble === "") giveUniforms(native, pass.name, pass.uniforms ?? {});
+    return trouble;
+  }
+
+  // ------------------------------------------------------------------------------------------ flights, pictures
+
+  record(): Recording {
+    const recorder = new FlightRecorder();
+    this.recorder = recorder;
+    this.wake();
+    return {
+      stop: () => {
+        if (this.recorder === recorder) this.recorder = null;
+        recorder.see(this.current, performance.now() / 1000);
+        return recorder.finish(this.info?.name ?? "flight");
+      },
+    };
+  }
+
+  replay(flight: string): Promise<boolean> {
+    if (this.native === null || this.info === null) throw new Error("The dataset is not open yet: await viewer.ready.");
+    const trouble = this.native.loadFlight(flight);
+    if (trouble !== "") throw new RangeError(trouble);
+    const seconds = this.native.flightSeconds();
+    const world = this.world();
+    let isThere = false;
+    return this.setMotion((elapsed) => {
+      if (isThere || this.native === null) return null;
+      isThere = elapsed >= seconds;
+      const [e = 0, n = 0, h = 0, te = 0, tn = 0, th = 0, fov = kUsualFov] = this.native.flightCamera(Math.min(elapsed, seconds));
+      const eye = worldFromPlace({ easting: e, northing: n, height: h }, world);
+      return viewBetween(eye, worldFromPlace({ easting: te, northing: tn, height: th }, world), fov, world);
+    });
+  }
+
+  screenshot(): Promise<Blob> {
+    const { native } = this;
+    if (native === null) return Promise.reject(new Error("Nothing is drawn yet: await viewer.ready."));
+    // Drawn in this very turn: later the browser has taken the picture off the canvas.
+    native.redraw();
+    native.frame(performance.now() / 1000);
+    return new Promise((resolve, reject) => {
+      this.canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("The browser gives no picture."))), "image/png");
+    });
+  }
+
+  on<Name extends keyof ViewerEvents>(name: Name, listener: (what: ViewerEvents[Name]) => void): () => void {
+    return this.events.on(name, listener);
+  }
+}
+
+function giveUniforms(native: EngineView, name: string, uniforms: Record<string, number | number[]>): void {
+  for (const [uniform, value] of Object.entries(uniforms)) native.setPassUniform(name, uniform, new Float32Array([value].flat()));
+}
+
+/** What a caller leaves out of a first view is as in the overview; but one who names a place looks from above it. */
+function completeView(current: View, given: Partial<View>, overview: View): View {
+  const isPlaced = given.easting !== undefined && given.northing !== undefined;
+  return isPlaced ? { ...current, height: given.height ?? overview.height } : { ...overview, ...given };
+}
+
+function checkSettings(settings: Settings): Settings {
+  const positive = ["tau", "pixelRatio", "exaggeration"] as const;
+  for (const name of positive)
+    if (!(settings[name] > 0 && Number.isFinite(settings[name]))) throw new RangeError(`${name} must be a number above 0, not ${settings[name]}.`);
+  for (const name of ["sunAzimuth", "sunAltitude", "imageryRelief", "imageryBrightness"] as const)
+    if (!Number.isFinite(settings[name])) throw new RangeError(`${name} must be a number, not ${settings[name]}.`);
+  return {
+    ...settings,
+    samples: settings.samples >= 2 ? 4 : 1,
+    sunAltitude: clamp(settings.sunAltitude, 1, 90),
+    exaggeration: clamp(settings.exaggeration, 0.01, 100),
+    pixelRatio: clamp(settings.pixelRatio, 0.1, 4),
+  };
+}
