@@ -158,6 +158,7 @@ bool WebView::frame(double nowSeconds) {
   else if (!frozen_ && isReady())
     frozen_ = seen;
   if (frozen_) view_->requestRender();
+  giveStages();
   auto changed = view_->update(frozen_.value_or(seen), nowSeconds);
   if (!changed.ok()) {
     fail(changed.error());
