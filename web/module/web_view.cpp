@@ -116,6 +116,19 @@ void WebView::setSize(int width, int height) {
   height_ = height;
 }
 
+void WebView::setImageryLayers(const std::string& names) {
+  if (!view_) return;
+  std::vector<std::string> out;
+  for (size_t begin = 0; begin < names.size();) {
+    const size_t end = std::min(names.find('/', begin), names.size());
+    if (end > begin) out.push_back(names.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  // note: one that the dataset does not have is the page's mistake, and no reason to show none.
+  if (!view_->setImageryLayers(out).ok()) return;
+  view_->requestRender();
+}
+
 void WebView::setStyle(const WebStyle& style) {
   if (!view_) return;
   style_ = style;
@@ -253,6 +266,10 @@ emscripten::val WebView::tilesByLevel() {
       numbers_[level] += 1.0;
     }
   }
+  return numbers();
+}
+
+emscripten::val WebView::numbers() const {
   return emscripten::val(emscripten::typed_memory_view(numbers_.size(), numbers_.data()));
 }
 

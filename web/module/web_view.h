@@ -9,6 +9,7 @@
 
 #include "terrane/engine/terrain_view.h"
 #include "terrane/render/terrain_renderer.h"
+#include "terrane/tiling/flight.h"
 
 namespace terrane {
 
@@ -86,6 +87,7 @@ class WebView {
   std::string datasetJson() const;
 
   void setSize(int width, int height);
+  void setImageryLayers(const std::string& names);
   void setStyle(const WebStyle& style);
   void setCamera(double eyeEast, double eyeNorth, double eyeHeight, double targetEast, double targetNorth,
                  double targetHeight, double fovyDegrees);
@@ -95,6 +97,19 @@ class WebView {
   WebReport report() const;
   emscripten::val tilesByLevel();
   emscripten::val readPicture();
+
+  // Questions about the ground that is here: web_ground.cpp.
+  double elevationAt(double easting, double northing) const;
+  double elevationErrorAt(double easting, double northing) const;
+  emscripten::val pick(double x, double y);
+  emscripten::val profile(const emscripten::val& corners, double count);
+  emscripten::val lineOfSight(double fromEast, double fromNorth, double fromAboveGround, double toEast,
+                              double toNorth, double toAboveGround);
+
+  // Flights over it: web_flight.cpp.
+  std::string loadFlight(const std::string& json);
+  double flightSeconds() const;
+  emscripten::val flightCamera(double seconds);
 
  private:
   struct WantedCamera {
@@ -107,6 +122,8 @@ class WebView {
   Camera camera() const;
   RenderStyle renderStyle() const;
   Status draw(const Camera& camera);
+  glm::dvec2 sampleOf(double easting, double northing) const;
+  emscripten::val numbers() const;
 
   std::string problem_;
   WebStyle style_;
@@ -121,6 +138,7 @@ class WebView {
   std::optional<gpu::Framebuffer> picture_;
   DrawStatistics drawn_;
   std::vector<uint8_t> pixels_;
+  std::optional<FittedFlight> flight_;
   std::vector<double> numbers_;  ///< what the last question was answered with
 };
 
