@@ -74,6 +74,12 @@ WebView::WebView(emscripten::val canvas, const std::string& url, const WebLimits
   view_ = std::make_unique<TerrainView>(openHttpTransport(url), workers_, renderer_.get(), options);
 }
 
+std::string WebView::trouble() const {
+  if (!view_) return {};
+  if (!view_->problem().empty()) return view_->problem();
+  return workers_.trouble().empty() ? stageTrouble_ : workers_.trouble();
+}
+
 std::string WebView::datasetJson() const {
   if (!isReady()) return "null";
   const Manifest& m = view_->manifest();
@@ -253,7 +259,8 @@ WebReport WebView::report() const {
           .bytesPerSecond = stream.bytesPerSecond,
           .latencySeconds = stream.latencySeconds,
           .selectSeconds = from.selectSeconds,
-          .isOffline = stream.isOffline};
+          .isOffline = stream.isOffline,
+          .workers = static_cast<double>(workers_.live())};
 }
 
 emscripten::val WebView::tilesByLevel() {
