@@ -55,7 +55,8 @@ EMSCRIPTEN_BINDINGS(terrane) {
       .field("bytesPerSecond", &WebReport::bytesPerSecond)
       .field("latencySeconds", &WebReport::latencySeconds)
       .field("selectSeconds", &WebReport::selectSeconds)
-      .field("isOffline", &WebReport::isOffline);
+      .field("isOffline", &WebReport::isOffline)
+      .field("workers", &WebReport::workers);
   emscripten::class_<WebView>("View")
       .constructor<emscripten::val, std::string, WebLimits>()
       .function("problem", &WebView::problem)
@@ -71,5 +72,14 @@ EMSCRIPTEN_BINDINGS(terrane) {
       .function("redraw", &WebView::redraw)
       .function("report", &WebView::report)
       .function("tilesByLevel", &WebView::tilesByLevel)
-      .function("readPicture", &WebView::readPicture);
+      .function("readPicture", &WebView::readPicture)
+      .function("setImageryLayers", &WebView::setImageryLayers)
+      .function("elevationAt", &WebView::elevationAt)
+      .function("elevationErrorAt", &WebView::elevationErrorAt)
+      .function("pick", &WebView::pick)
+      .function("profile", &WebView::profile)
+      .function("lineOfSight", &WebView::lineOfSight)
+      .function("loadFlight", &WebView::loadFlight)
+      .function("flightSeconds", &WebView::flightSeconds)
+      .function("flightCamera", &WebView::flightCamera);
 }

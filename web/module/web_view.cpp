@@ -74,6 +74,11 @@ WebView::WebView(emscripten::val canvas, const std::string& url, const WebLimits
   view_ = std::make_unique<TerrainView>(openHttpTransport(url), workers_, renderer_.get(), options);
 }
 
+std::string WebView::trouble() const {
+  if (!view_) return {};
+  return view_->problem().empty() ? workers_.trouble() : view_->problem();
+}
+
 std::string WebView::datasetJson() const {
   if (!isReady()) return "null";
   const Manifest& m = view_->manifest();
@@ -114,6 +119,19 @@ std::string WebView::datasetJson() const {
 void WebView::setSize(int width, int height) {
   width_ = width;
   height_ = height;
+}
+
+void WebView::setImageryLayers(const std::string& names) {
+  if (!view_) return;
+  std::vector<std::string> out;
+  for (size_t begin = 0; begin < names.size();) {
+    const size_t end = std::min(names.find('/', begin), names.size());
+    if (end > begin) out.push_back(names.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  // note: one that the dataset does not have is the page's mistake, and no reason to show none.
+  if (!view_->setImageryLayers(out).ok()) return;
+  view_->requestRender();
 }
 
 void WebView::setStyle(const WebStyle& style) {
@@ -239,7 +257,8 @@ WebReport WebView::report() const {
           .bytesPerSecond = stream.bytesPerSecond,
           .latencySeconds = stream.latencySeconds,
           .selectSeconds = from.selectSeconds,
-          .isOffline = stream.isOffline};
+          .isOffline = stream.isOffline,
+          .workers = static_cast<double>(workers_.live())};
 }
 
 emscripten::val WebView::tilesByLevel() {
@@ -253,6 +272,10 @@ emscripten::val WebView::tilesByLevel() {
       numbers_[level] += 1.0;
     }
   }
+  return numbers();
+}
+
+emscripten::val WebView::numbers() const {
   return emscripten::val(emscripten::typed_memory_view(numbers_.size(), numbers_.data()));
 }
 

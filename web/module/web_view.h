@@ -9,6 +9,8 @@
 
 #include "terrane/engine/terrain_view.h"
 #include "terrane/render/terrain_renderer.h"
+#include "terrane/tiling/flight.h"
+#include "web_workers.h"
 
 namespace terrane {
 
@@ -70,6 +72,7 @@ struct WebReport {
   double latencySeconds = 0.0;
   double selectSeconds = 0.0;
   bool isOffline = false;
+  double workers = 0.0;
 };
 
 /// A view of one dataset on one canvas, as pages have it. web/package/src/engine.ts says what each function
@@ -79,13 +82,14 @@ class WebView {
   WebView(emscripten::val canvas, const std::string& url, const WebLimits& limits);
 
   std::string problem() const { return problem_; }
-  std::string trouble() const { return view_ ? view_->problem() : std::string(); }
+  std::string trouble() const;
   std::string rendererName() const { return context_ ? context_->rendererName() : std::string(); }
   bool isReady() const { return view_ && view_->phase() == StreamPhase::Ready; }
   bool isSettled() const { return view_ && view_->isSettled() && workers_.isIdle(); }
   std::string datasetJson() const;
 
   void setSize(int width, int height);
+  void setImageryLayers(const std::string& names);
   void setStyle(const WebStyle& style);
   void setCamera(double eyeEast, double eyeNorth, double eyeHeight, double targetEast, double targetNorth,
                  double targetHeight, double fovyDegrees);
@@ -95,6 +99,19 @@ class WebView {
   WebReport report() const;
   emscripten::val tilesByLevel();
   emscripten::val readPicture();
+
+  // Questions about the ground that is here: web_ground.cpp.
+  double elevationAt(double easting, double northing) const;
+  double elevationErrorAt(double easting, double northing) const;
+  emscripten::val pick(double x, double y);
+  emscripten::val profile(const emscripten::val& corners, double count);
+  emscripten::val lineOfSight(double fromEast, double fromNorth, double fromAboveGround, double toEast,
+                              double toNorth, double toAboveGround);
+
+  // Flights over it: web_flight.cpp.
+  std::string loadFlight(const std::string& json);
+  double flightSeconds() const;
+  emscripten::val flightCamera(double seconds);
 
  private:
   struct WantedCamera {
@@ -107,6 +124,8 @@ class WebView {
   Camera camera() const;
   RenderStyle renderStyle() const;
   Status draw(const Camera& camera);
+  glm::dvec2 sampleOf(double easting, double northing) const;
+  emscripten::val numbers() const;
 
   std::string problem_;
   WebStyle style_;
@@ -116,11 +135,12 @@ class WebView {
   std::optional<Camera> frozen_;  ///< what is drawn was chosen for it
   std::unique_ptr<gpu::Context> context_;
   std::unique_ptr<TerrainRenderer> renderer_;
-  SlicedWorkers workers_;
+  WebWorkers workers_;
   std::unique_ptr<TerrainView> view_;
   std::optional<gpu::Framebuffer> picture_;
   DrawStatistics drawn_;
   std::vector<uint8_t> pixels_;
+  std::optional<FittedFlight> flight_;
   std::vector<double> numbers_;  ///< what the last question was answered with
 };
 

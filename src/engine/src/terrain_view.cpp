@@ -12,6 +12,7 @@
 #include "terrane/lod/mesh_placement.h"
 #include "terrane/lod/predict_wishes.h"
 #include "tile_uploads.h"
+#include "view_ground.h"
 #include "view_imagery.h"
 #include "view_prefetch.h"
 
@@ -64,6 +65,7 @@ class TerrainView::State {
         workers_(workers),
         renderer_(renderer),
         stream_(std::move(transport), workers, streamOptions(options)),
+        ground_(stream_),
         sets_(options.policy, options.neededTiles) {
     control_ = FrameControl(
         {.leastTau = options.selection.tolerancePixels, .mostTau = options.selection.tolerancePixels});
@@ -100,6 +102,7 @@ class TerrainView::State {
   Workers& workers_;
   TerrainRenderer* renderer_;
   TileStream stream_;
+  ViewGround ground_;
   FrameControl control_;
   Cut cut_;
   ViewReport report_;
@@ -114,6 +117,18 @@ class TerrainView::State {
     options_.showImagery = show;
     if (imagery_ != nullptr) imagery_->setShown(show);
     requested_ = true;
+  }
+  Status setImageryLayers(const std::vector<std::string>& names) {
+    if (stream_.phase() == StreamPhase::Ready) {
+      const auto& known = stream_.manifest().imagery;
+      for (const std::string& name : names)
+        if (std::none_of(known.begin(), known.end(), [&](const auto& layer) { return layer.name == name; }))
+          return makeError("{}: has no imagery layer '{}'", stream_.where(), name);
+    }
+    imageryLayers_ = names;
+    if (imagery_ != nullptr) imagery_->setLayers(names);
+    requested_ = true;
+    return {};
   }
 
  private:
@@ -134,6 +149,7 @@ class TerrainView::State {
     if (renderer_ != nullptr) TERRANE_TRY(renderer_->reserve(places, pictures));
     tiles_ = std::make_unique<TileUploads>(stream_, workers_, renderer_, static_cast<size_t>(places));
     imagery_ = std::make_unique<ViewImagery>(stream_, renderer_, static_cast<size_t>(pictures));
+    if (imageryLayers_) imagery_->setLayers(*imageryLayers_);
     imagery_->setShown(hasImagery);
     return {};
   }
@@ -272,6 +288,7 @@ class TerrainView::State {
 
   std::unique_ptr<TileUploads> tiles_;
   std::unique_ptr<ViewImagery> imagery_;
+  std::optional<std::vector<std::string>> imageryLayers_;  ///< absent: all
   GatheredSets sets_;
   MorphHistory history_;
   CameraForecast forecast_;
@@ -326,6 +343,21 @@ void TerrainView::frameTook(double frameSeconds, double elapsedSeconds) {
 }
 void TerrainView::setShowImagery(bool show) {
   state_->setShowImagery(show);
+}
+Status TerrainView::setImageryLayers(const std::vector<std::string>& names) {
+  return state_->setImageryLayers(names);
+}
+Surface TerrainView::surface() const {
+  return Surface(state_->ground_);
+}
+std::optional<double> TerrainView::heightAt(glm::dvec2 local) const {
+  return heightHere(state_->ground_, local);
+}
+std::optional<double> TerrainView::errorAt(glm::dvec2 local) const {
+  return errorHere(state_->ground_, local);
+}
+std::optional<glm::dvec3> TerrainView::pick(const Camera& camera, glm::dvec2 pixel) const {
+  return pickGround(state_->ground_, camera, state_->options_.selection.exaggeration, pixel);
 }
 bool TerrainView::isSettled() const {
   return state_->isSettled();
