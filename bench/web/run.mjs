@@ -130,8 +130,10 @@ async function run(job) {
       // In the same task as the drawing, before the browser takes the picture.
       const picture = options.wantsPictures ? window.program.canvas.toDataURL("image/png") : null;
       const cracks = options.countsCracks ? window.cracks.count(window.program.canvas) : null;
-      await window.takeShot({ step, picture, cracks, calls: window.measure.calls, triangles: window.measure.triangles });
-    } }), { cameras, shots: job.shots, rests: job.rests, wantsPictures: Boolean(job.pictures), countsCracks: job.countsCracks,
+      await window.takeShot({ step, picture, cracks, calls: window.measure.calls, triangles: window.measure.triangles,
+        about: window.program.about() });
+      return cracks !== null && cracks.enclosed + cracks.beneath > 0;
+    } }), { cameras, shots: job.shots, rests: job.rests, provesHoles: job.countsCracks, wantsPictures: Boolean(job.pictures), countsCracks: job.countsCracks,
       patienceSeconds: PATIENCE_SECONDS }).catch((error) => {
       const underway = [...requests.values()].filter((request) => request.end === undefined || request.status >= 400);
       throw new Error(`${error.message}; ${problems.join("; ")}; ${underway.map((request) => `${request.url}: ${request.status}`).join(", ")}`);

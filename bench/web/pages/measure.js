@@ -7,6 +7,8 @@
     isStubbed: true,
     calls: 0,
     triangles: 0,
+    /** The picture's draw call of this number is left out: how it is proved that a hole is found. */
+    leftOutCall: -1,
     /** The source of every shader passes through. */
     changeShader: (source) => source,
     longTasks: [],
@@ -35,7 +37,7 @@
       const [mode, corners] = shape(...args);
       ++measure.calls;
       measure.triangles += trianglesOf(gl, mode, corners);
-      if (!measure.isStubbed) return draw.apply(this, args);
+      if (!measure.isStubbed && measure.calls - 1 !== measure.leftOutCall) return draw.apply(this, args);
     };
   }
   function leaveOut(prototype, name) {
@@ -94,7 +96,9 @@
    *
    * program: { canvas, setCamera(camera), frame(seconds): draws, hasGround(): the last frame had ground, isSettled(),
    *   triangles(): of the last frame as the program itself counts, redraw(seconds): the same picture again }
-   * options: { cameras, shots: steps that are drawn and given to `onShot(step)`, patienceSeconds }
+   * options: { cameras, shots: steps that are drawn and given to `onShot(step)`, rests: the end is drawn when all has come, step
+   *   "rest", provesHoles: until one is found draw calls are left out there one by one, patienceSeconds }. onShot answers whether the
+   *   picture has a hole.
    */
   measure.fly = async (program, options) => {
     const frames = [], { cameras } = options, shots = new Set(options.shots ?? []);
@@ -111,8 +115,9 @@
       measure.isStubbed = false;
       measure.calls = measure.triangles = 0;
       program.redraw(seconds);
-      await options.onShot(step);
+      const hasHole = await options.onShot(step);
       measure.isStubbed = true;
+      return hasHole;
     };
 
     // Stands until all that the first camera needs is there.
@@ -151,6 +156,15 @@
         if (performance.now() - stood > patience) throw new Error("the last picture is never finished");
       }
       await shoot("rest", cameras.length);
+    }
+    if (options.provesHoles) {
+      const { calls } = measure;
+      let isFound = false;
+      for (let call = 0; call < calls && !isFound; ++call) {
+        measure.leftOutCall = call;
+        isFound = await shoot("without a call", cameras.length);
+      }
+      if (!isFound) throw new Error("a hole in the ground is not found");
     }
     return { firstPictureSeconds: firstPicture / 1000, settledSeconds: settled / 1000, flightSeconds: (end - begin) / 1000,
       flightBegin: begin, flightEnd: end, frames, longTasks: measure.longTasks, ...atEnd };

@@ -3,10 +3,13 @@ import makeTerrane from "./terrane.mjs";
 
 const wanted = new URL(location.href).searchParams;
 const canvas = document.getElementById("view");
-const terrane = await makeTerrane();
-// As the package's desktop profile.
-const view = new terrane.View(canvas, wanted.get("dataset"), { compressedMegabytes: 32, decodedMegabytes: 128, pictureMegabytes: 32,
-  gpuGeometryMegabytes: 96, gpuTextureMegabytes: 192, uploadMegabytesAFrame: 4 });
+// As the package makes it on a desktop (web/package/src/device.ts).
+const terrane = await makeTerrane({
+  makeWorker: () => new Worker(new URL("./worker.js", import.meta.url), { type: "module" }),
+  workerCount: Math.max(1, Math.min(4, navigator.hardwareConcurrency - 1)),
+});
+const view = new terrane.View(canvas, wanted.get("dataset"), { compressedMegabytes: 64, decodedMegabytes: 192, pictureMegabytes: 48,
+  gpuGeometryMegabytes: 128, gpuTextureMegabytes: 256, uploadMegabytesAFrame: 4 });
 view.setSize(canvas.width, canvas.height);
 view.setStyle({ surface: wanted.get("surface"), tau: 1, samples: Number(wanted.get("samples") ?? 4), mode: "shaded", outline: "none",
   exaggeration: 1, sunAzimuth: 315, sunAltitude: 38, haze: true, imageryRelief: 0.45, imageryBrightness: 1, water: true, frozen: false });
