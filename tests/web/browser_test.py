@@ -20,10 +20,12 @@ import urllib.parse
 import zlib
 
 WIDTH, HEIGHT = 640, 400
-SURFACES = ("patches", "meshes")
+# How many workers there are; "broken": two that never come to life; "dying": two that die at their work.
+WAYS = (("patches", "2"), ("meshes", "2"), ("meshes", "0"), ("meshes", "dying"), ("patches", "broken"))
 EYE, TARGET, FOV = (495500, 6695500, 2300), (500300, 6700800, 700), 50
 TAU, SAMPLES = 1, 4
 PATIENCE_SECONDS = 180
+MODULE_FILES = ("terrane.mjs", "terrane.wasm", "terrane_worker.mjs", "terrane_worker.wasm")
 
 # Of the 256 steps of a colour, and of all pixels.
 LARGEST_USUAL_DIFFERENCE = 2
@@ -105,7 +107,7 @@ class PageServer(http.server.ThreadingHTTPServer):
 
 
 class PageHandler(http.server.BaseHTTPRequestHandler):
-    TYPES = {".html": "text/html", ".mjs": "text/javascript", ".wasm": "application/wasm"}
+    TYPES = {".html": "text/html", ".mjs": "text/javascript", ".ts": "text/javascript", ".wasm": "application/wasm"}
 
     def do_GET(self):
         path = self.server.files.get(self.path.split("?")[0])
@@ -138,28 +140,31 @@ def make_dataset(terrane, work):
 def main(terrane, module, work):
     work.mkdir(parents=True, exist_ok=True)
     dataset = make_dataset(terrane, work)
-    for surface in SURFACES:
-        compare(terrane, module, work, dataset, surface)
+    for surface, workers in WAYS:
+        compare(terrane, module, work, dataset, surface, workers)
 
 
-def compare(terrane, module, work, dataset, surface):
+def compare(terrane, module, work, dataset, surface, workers):
     """Draws one way in the browser and natively, and ends the program where the pictures are not the same."""
     points = [",".join(map(str, point)) for point in (EYE, TARGET)]
-    native_path, browser_path = work / f"native_{surface}.png", work / f"browser_{surface}.png"
+    native_path, browser_path = work / f"native_{surface}.png", work / f"browser_{surface}_{workers}.png"
     subprocess.run([terrane, "render", dataset, "-o", native_path, "--overwrite", "-q", "--gles", "--software",
                     "--surface", surface, "--size", f"{WIDTH}x{HEIGHT}", "--eye", points[0], "--look-at", points[1],
                     "--fov", str(FOV), "--tau", str(TAU), "--samples", str(SAMPLES)], check=True)
 
     here = pathlib.Path(__file__).parent
-    pages = PageServer({"/page.html": here / "page.html", "/terrane.mjs": module / "terrane.mjs",
-                        "/terrane.wasm": module / "terrane.wasm"})
+    # note: the worker's script is written so that it is JavaScript, too.
+    script = here.parent.parent / "web" / "package" / "src" / "worker.ts"
+    pages = PageServer({"/page.html": here / "page.html", "/worker.js": script,
+                        **{f"/{name}": module / name for name in MODULE_FILES}})
     serving = subprocess.Popen([terrane, "serve", dataset, "--cors", "--port", "0", "-q"], stdout=subprocess.PIPE,
                                text=True)
     browser = None
     try:
         url = serving.stdout.readline().strip()
         query = urllib.parse.urlencode({"dataset": f"{url}d/small/", "eye": points[0], "target": points[1], "fov": FOV,
-                                        "tau": TAU, "samples": SAMPLES, "surface": surface})
+                                        "tau": TAU, "samples": SAMPLES, "surface": surface,
+                                        "workers": workers})
         profile = work / "profile"
         shutil.rmtree(profile, ignore_errors=True)
         with open(work / "chromium.log", "w") as log:
@@ -194,6 +199,12 @@ def compare(terrane, module, work, dataset, surface):
         sys.exit(f"the browser's picture is another one: {browser_path}, {native_path}")
     if report["canvasDiffers"]:
         sys.exit("the canvas shows another picture than was drawn")
+    most, left, trouble = {"broken": (0, 0, "worker"), "dying": (2, 0, "it died")}.get(workers) or (
+        int(workers), int(workers), "")
+    if (report["mostWorkers"], report["workers"]) != (most, left):
+        sys.exit(f"workers: {workers}, but {report['mostWorkers']} came to life and {report['workers']} are left")
+    if trouble not in report["trouble"] or (trouble == "") != (report["trouble"] == ""):
+        sys.exit(f"workers: {workers}, and the trouble is said to be: {report['trouble']}")
     if report["requestsFailed"] or report["tilesLost"]:
         sys.exit("not all came")
 

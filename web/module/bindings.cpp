@@ -55,7 +55,8 @@ EMSCRIPTEN_BINDINGS(terrane) {
       .field("bytesPerSecond", &WebReport::bytesPerSecond)
       .field("latencySeconds", &WebReport::latencySeconds)
       .field("selectSeconds", &WebReport::selectSeconds)
-      .field("isOffline", &WebReport::isOffline);
+      .field("isOffline", &WebReport::isOffline)
+      .field("workers", &WebReport::workers);
   emscripten::class_<WebView>("View")
       .constructor<emscripten::val, std::string, WebLimits>()
       .function("problem", &WebView::problem)

@@ -74,6 +74,11 @@ WebView::WebView(emscripten::val canvas, const std::string& url, const WebLimits
   view_ = std::make_unique<TerrainView>(openHttpTransport(url), workers_, renderer_.get(), options);
 }
 
+std::string WebView::trouble() const {
+  if (!view_) return {};
+  return view_->problem().empty() ? workers_.trouble() : view_->problem();
+}
+
 std::string WebView::datasetJson() const {
   if (!isReady()) return "null";
   const Manifest& m = view_->manifest();
@@ -252,7 +257,8 @@ WebReport WebView::report() const {
           .bytesPerSecond = stream.bytesPerSecond,
           .latencySeconds = stream.latencySeconds,
           .selectSeconds = from.selectSeconds,
-          .isOffline = stream.isOffline};
+          .isOffline = stream.isOffline,
+          .workers = static_cast<double>(workers_.live())};
 }
 
 emscripten::val WebView::tilesByLevel() {

@@ -10,6 +10,7 @@
 #include "terrane/engine/terrain_view.h"
 #include "terrane/render/terrain_renderer.h"
 #include "terrane/tiling/flight.h"
+#include "web_workers.h"
 
 namespace terrane {
 
@@ -71,6 +72,7 @@ struct WebReport {
   double latencySeconds = 0.0;
   double selectSeconds = 0.0;
   bool isOffline = false;
+  double workers = 0.0;
 };
 
 /// A view of one dataset on one canvas, as pages have it. web/package/src/engine.ts says what each function
@@ -80,7 +82,7 @@ class WebView {
   WebView(emscripten::val canvas, const std::string& url, const WebLimits& limits);
 
   std::string problem() const { return problem_; }
-  std::string trouble() const { return view_ ? view_->problem() : std::string(); }
+  std::string trouble() const;
   std::string rendererName() const { return context_ ? context_->rendererName() : std::string(); }
   bool isReady() const { return view_ && view_->phase() == StreamPhase::Ready; }
   bool isSettled() const { return view_ && view_->isSettled() && workers_.isIdle(); }
@@ -133,7 +135,7 @@ class WebView {
   std::optional<Camera> frozen_;  ///< what is drawn was chosen for it
   std::unique_ptr<gpu::Context> context_;
   std::unique_ptr<TerrainRenderer> renderer_;
-  SlicedWorkers workers_;
+  WebWorkers workers_;
   std::unique_ptr<TerrainView> view_;
   std::optional<gpu::Framebuffer> picture_;
   DrawStatistics drawn_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "terrane/engine/tile_orders.h"
+
 namespace terrane {
 namespace {
 
@@ -66,11 +68,11 @@ bool TileUploads::isPrepared(TileId id, uint64_t frame) {
     if (tile == nullptr) return false;
     at = prepared_.emplace(id, Prepared{tile, nullptr, frame}).first;
     if (renderer_ == nullptr) return true;
-    workers_.submit([finished = finished_, tile] {
-      auto made = prepareTile(*tile);
-      const std::lock_guard lock(finished->mutex);
-      finished->made.emplace_back(tile, std::move(made));
-    });
+    workers_.order(PrepareTile{{tile, &tile->samples}},
+                   [finished = finished_, tile](std::shared_ptr<const PreparedTile> made) {
+                     const std::lock_guard lock(finished->mutex);
+                     finished->made.emplace_back(tile, std::move(made));
+                   });
     takePrepared();
   }
   at->second.frame = frame;
@@ -155,11 +157,11 @@ void TileUploads::wishMeshes(const std::vector<MeshWish>& wishes) {
     const auto tile = tiles_.find(wish.tile);
     if (tile == tiles_.end()) continue;
     meshesUnderWay_.push_back(wish);
-    workers_.submit([finished = finished_, wish, tile = tile->second, order = meshes_.orderFor(wish)] {
-      MadeMeshes made{wish, tile, TileMeshes::make(order, *tile)};
-      const std::lock_guard lock(finished->mutex);
-      finished->meshes.push_back(std::move(made));
-    });
+    workers_.order(MakeMeshes{meshes_.orderFor(wish), tile->second},
+                   [finished = finished_, wish, tile = tile->second](MakeMeshes::Answer levels) {
+                     const std::lock_guard lock(finished->mutex);
+                     finished->meshes.push_back({wish, tile, std::move(levels)});
+                   });
   }
 }
 

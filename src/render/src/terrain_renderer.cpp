@@ -283,7 +283,7 @@ Status TerrainRenderer::uploadTile(TileId id, const Tile& tile,
   return parts_->tiles.upload(id, tile.samples, *prepared);
 }
 Status TerrainRenderer::uploadTile(TileId id, const Tile& tile) {
-  return uploadTile(id, tile, prepareTile(tile));
+  return uploadTile(id, tile, prepareTile(tile.samples));
 }
 bool TerrainRenderer::hasTile(TileId id) const {
   return parts_->tiles.find(id) != nullptr;

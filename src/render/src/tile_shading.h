@@ -70,6 +70,10 @@ class BorderGradients {
     return values_[offset(side, level) + static_cast<size_t>(index)];
   }
 
+  /// All of them; their number stays.
+  std::vector<Gradient>& values() { return values_; }
+  const std::vector<Gradient>& values() const { return values_; }
+
  private:
   static size_t offset(Side side, int level);
   std::vector<Gradient> values_;

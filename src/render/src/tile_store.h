@@ -5,22 +5,15 @@
 #include <unordered_map>
 #include <vector>
 
+#include "prepared_tile.h"
 #include "terrane/base/result.h"
 #include "terrane/codec/tile.h"
 #include "terrane/gpu/context.h"
 #include "terrane/gpu/program.h"
 #include "terrane/gpu/texture.h"
-#include "terrane/render/terrain_renderer.h"
 #include "terrane/tiling/tile_id.h"
-#include "tile_shading.h"
 
 namespace terrane {
-
-/// See terrain_renderer.h.
-struct PreparedTile {
-  Coverage shown;
-  TileShading shading;
-};
 
 /// Layer numbers that are free or taken.
 class LayerPool {

@@ -115,7 +115,7 @@ inline void uploadAllTiles(const MadeUpWorld& world, TileStore& tiles) {
       for (int col = 0; col < 1 << level; ++col) {
         const TileId id{level, col, row};
         const Tile tile = world.tile(id);
-        const Status uploaded = tiles.upload(id, tile.samples, *prepareTile(tile));
+        const Status uploaded = tiles.upload(id, tile.samples, *prepareTile(tile.samples));
         TERRANE_CHECK(uploaded.ok(), "{}", uploaded.error().message);
       }
     }

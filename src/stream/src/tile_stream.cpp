@@ -13,7 +13,7 @@
 #include "back_off.h"
 #include "line_pace.h"
 #include "terrane/base/check.h"
-#include "terrane/codec/elevation_codec.h"
+#include "terrane/stream/decode_orders.h"
 #include "terrane/stream/line_estimate.h"
 #include "terrane/stream/plan_requests.h"
 #include "tile_shelf.h"
@@ -467,65 +467,74 @@ class TileStream::State {
   }
 
   void decodeElevation(const TileKey& key, ShelfEntry& entry) {
-    std::shared_ptr<const Tile> parent;
+    DecodeElevation order{entry.payload, nullptr, 0, archives_.manifest().scale};
     if (!key.tile.isRoot()) {
       const ShelfEntry* above = shelf_.find(key.parent());
       if (above == nullptr || above->tile == nullptr) return;
-      parent = above->tile;
+      order.parent = {above->tile, &above->tile->samples};
+      order.quadrant = key.tile.quadrant();
     }
-    begin(entry, [finished = finished_, key, payload = entry.payload, parent,
-                  scale = archives_.manifest().scale, where = transport_->where()] {
-      Made made{.key = key, .tile = {}, .picture = {}, .problem = {}, .isSketch = false};
-      auto tile = decodeTile(*payload, parent ? &parent->samples : nullptr,
-                             key.tile.isRoot() ? 0 : key.tile.quadrant(), scale);
-      if (tile.ok())
-        made.tile = std::make_shared<const Tile>(std::move(*tile));
-      else
-        made.problem = fmt::format("{}: tile {}: {}", where, toString(key.tile), tile.error().message);
-      const std::lock_guard lock(finished->mutex);
-      finished->made.push_back(std::move(made));
-    });
+    begin(entry);
+    workers_.order(std::move(order), takerOf(key, false));
   }
 
   void decodePicture(const TileKey& key, ShelfEntry& entry) {
-    begin(entry, [finished = finished_, key, payload = entry.payload, where = transport_->where()] {
-      Made made{.key = key, .tile = {}, .picture = {}, .problem = {}, .isSketch = false};
-      auto tile = decodeImagery(*payload);
-      if (tile.ok())
-        made.picture = std::make_shared<const ImageryTile>(std::move(*tile));
-      else
-        made.problem =
-            fmt::format("{}: imagery tile {}: {}", where, toString(key.tile), tile.error().message);
-      const std::lock_guard lock(finished->mutex);
-      finished->made.push_back(std::move(made));
-    });
+    begin(entry);
+    workers_.order(DecodePicture{entry.payload, false}, takerOf(key, false));
   }
 
   /// Makes what can be made of the beginning of a root.
   void sketch(const TileKey& key) {
     ++decoding_;
-    workers_.submit([finished = finished_, key, beginning = shelf_.at(key).beginning,
-                     scale = archives_.manifest().scale] {
-      Made made{.key = key, .tile = {}, .picture = {}, .problem = {}, .isSketch = true};
-      if (key.isElevation()) {
-        auto tile = decodeRootBeginning(beginning, scale);
-        if (tile.ok()) made.tile = std::make_shared<const Tile>(std::move(*tile));
-        if (!tile.ok()) made.problem = tile.error().message;
-      } else {
-        auto tile = decodeImageryPrefix(beginning);
-        if (tile.ok()) made.picture = std::make_shared<const ImageryTile>(std::move(*tile));
-        if (!tile.ok()) made.problem = tile.error().message;
-      }
-      const std::lock_guard lock(finished->mutex);
-      finished->made.push_back(std::move(made));
-    });
+    auto beginning = std::make_shared<const std::vector<uint8_t>>(shelf_.at(key).beginning);
+    if (key.isElevation())
+      workers_.order(SketchElevation{std::move(beginning), archives_.manifest().scale}, takerOf(key, true));
+    else
+      workers_.order(DecodePicture{std::move(beginning), true}, takerOf(key, true));
   }
 
-  void begin(ShelfEntry& entry, std::function<void()> job) {
+  void begin(ShelfEntry& entry) {
     entry.decoding = true;
     ++decoding_;
     ++statistics_.compressedHits;
-    workers_.submit(std::move(job));
+  }
+
+  /// Puts what was decoded where takeMade() finds it; any thread.
+  struct Taker {
+    std::shared_ptr<Finished> finished;
+    TileKey key;
+    std::string where;
+    bool isSketch = false;
+
+    void operator()(Result<Tile> tile) const {
+      Made made = begun();
+      if (tile.ok())
+        made.tile = std::make_shared<const Tile>(std::move(*tile));
+      else
+        made.problem = fmt::format("{}: tile {}: {}", where, toString(key.tile), tile.error().message);
+      hand(std::move(made));
+    }
+    void operator()(Result<ImageryTile> picture) const {
+      Made made = begun();
+      if (picture.ok())
+        made.picture = std::make_shared<const ImageryTile>(std::move(*picture));
+      else
+        made.problem =
+            fmt::format("{}: imagery tile {}: {}", where, toString(key.tile), picture.error().message);
+      hand(std::move(made));
+    }
+
+   private:
+    Made begun() const {
+      return {.key = key, .tile = {}, .picture = {}, .problem = {}, .isSketch = isSketch};
+    }
+    void hand(Made made) const {
+      const std::lock_guard lock(finished->mutex);
+      finished->made.push_back(std::move(made));
+    }
+  };
+  Taker takerOf(const TileKey& key, bool isSketch) const {
+    return {finished_, key, transport_->where(), isSketch};
   }
 
   /// What of a tile is to be fetched next: all of it, or a part of a root that would take long.

@@ -26,10 +26,10 @@ class ThreadWorkers final : public Workers {
     wake_.notify_all();
     for (std::thread& thread : threads_) thread.join();
   }
-  void submit(std::function<void()> job) override {
+  void submit(std::unique_ptr<Work> work) override {
     {
       const std::lock_guard lock(mutex_);
-      jobs_.push_back(std::move(job));
+      waiting_.push_back(std::move(work));
     }
     wake_.notify_one();
   }
@@ -39,12 +39,12 @@ class ThreadWorkers final : public Workers {
   void work() {
     std::unique_lock lock(mutex_);
     for (;;) {
-      wake_.wait(lock, [this] { return stop_ || !jobs_.empty(); });
+      wake_.wait(lock, [this] { return stop_ || !waiting_.empty(); });
       if (stop_) return;
-      const std::function<void()> job = std::move(jobs_.front());
-      jobs_.pop_front();
+      const std::unique_ptr<Work> work = std::move(waiting_.front());
+      waiting_.pop_front();
       lock.unlock();
-      job();
+      work->run();
       lock.lock();
     }
   }
@@ -52,7 +52,7 @@ class ThreadWorkers final : public Workers {
   std::mutex mutex_;
   std::condition_variable wake_;
   bool stop_ = false;
-  std::deque<std::function<void()>> jobs_;
+  std::deque<std::unique_ptr<Work>> waiting_;
   std::vector<std::thread> threads_;
 };
 

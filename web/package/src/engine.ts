@@ -81,6 +81,8 @@ export interface EngineReport {
   latencySeconds: number;
   selectSeconds: number;
   isOffline: boolean;
+  /** Workers that are ready; 0: decoding happens between frames. */
+  workers: number;
 }
 
 export interface EngineView {

@@ -14,6 +14,7 @@
 #include "terrane/gpu/context.h"
 #include "terrane/gpu/framebuffer.h"
 #include "terrane/lod/cut.h"
+#include "terrane/render/prepare_tile.h"
 #include "terrane/render/render_style.h"
 #include "terrane/tiling/camera.h"
 #include "terrane/tiling/frame.h"
@@ -29,11 +30,6 @@ struct DrawStatistics {
   int samples = 1;                   ///< a pixel
   std::optional<double> gpuSeconds;  ///< where the driver can tell
 };
-
-/// What a tile's heights become before they are drawn: which cells are shown, and how they catch the light.
-struct PreparedTile;
-/// A pure function, about two milliseconds; any thread.
-std::shared_ptr<const PreparedTile> prepareTile(const Tile& tile);
 
 /// Draws cuts of patches, as templates or as meshes. It keeps the tiles that were handed to it on the GPU
 /// until they are dropped; which those are is the caller's choice. All calls on the thread of the context,

@@ -1,0 +1,133 @@
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "terrane/base/result.h"
+
+/// Values as bytes, for another memory that this same program runs in (a Web Worker's): as they lie in
+/// memory, one after the other. Not a format: nothing of it is kept, or comes from elsewhere.
+namespace terrane {
+
+/// Writes values one after the other.
+class Packer {
+ public:
+  template <class T>
+  void value(const T& value) {
+    static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
+    append(&value, sizeof(T));
+  }
+  /// So many elements, as `Unpacker::elements()` reads them: it has to know how many.
+  template <class T>
+  void elements(const T* first, size_t count) {
+    static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
+    append(first, count * sizeof(T));
+  }
+  template <class T>
+  void array(const std::vector<T>& values) {
+    value(static_cast<uint64_t>(values.size()));
+    elements(values.data(), values.size());
+  }
+  void text(const std::string& words) {
+    value(static_cast<uint64_t>(words.size()));
+    elements(words.data(), words.size());
+  }
+  void reserve(size_t bytes) { bytes_.reserve(bytes_.size() + bytes); }
+  std::vector<uint8_t> take() { return std::move(bytes_); }
+
+ private:
+  void append(const void* from, size_t size) {
+    const auto* bytes = static_cast<const uint8_t*>(from);
+    bytes_.insert(bytes_.end(), bytes, bytes + size);
+  }
+  std::vector<uint8_t> bytes_;
+};
+
+/// Reads what a Packer wrote. Where bytes are missing, or a size is not what it must be, it gives zeros and
+/// nothing from then on, and status() says why: never reads beyond the bytes, allocates no more than they
+/// are.
+class Unpacker {
+ public:
+  explicit Unpacker(std::span<const uint8_t> bytes) : bytes_(bytes) {}
+
+  template <class T>
+  T value() {
+    static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
+    T out{};
+    if (has(1, sizeof(T))) read(&out, sizeof(T));
+    return out;
+  }
+  template <class T>
+  void elements(T* first, size_t count) {
+    static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
+    if (has(count, sizeof(T))) read(first, count * sizeof(T));
+  }
+  template <class T>
+  std::vector<T> array() {
+    static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
+    const auto count = value<uint64_t>();
+    if (!has(count, sizeof(T))) return {};
+    std::vector<T> out(static_cast<size_t>(count));
+    read(out.data(), out.size() * sizeof(T));
+    return out;
+  }
+  /// An array of exactly so many elements.
+  template <class T>
+  std::vector<T> array(size_t count) {
+    std::vector<T> out = array<T>();
+    require(out.size() == count, "an array of another size");
+    return out;
+  }
+  std::string text() {
+    const std::vector<char> words = array<char>();
+    return {words.begin(), words.end()};
+  }
+  /// What was read holds together; else nothing more is read.
+  void require(bool holds, const char* whatIsWrong) {
+    if (!holds && wrong_ == nullptr) wrong_ = whatIsWrong;
+  }
+
+  bool ok() const { return wrong_ == nullptr; }
+  /// Were all bytes read, and no more? The error says where it went wrong.
+  Status status() const {
+    if (wrong_ != nullptr) return makeError("packed bytes: {} at byte {} of {}", wrong_, at_, bytes_.size());
+    if (at_ != bytes_.size())
+      return makeError("packed bytes: {} of {} are left over", bytes_.size() - at_, bytes_.size());
+    return {};
+  }
+
+ private:
+  bool has(uint64_t count, size_t size) {
+    require(count <= (bytes_.size() - at_) / size, "too few of them");
+    return ok();
+  }
+  void read(void* to, size_t size) {
+    if (size > 0) std::memcpy(to, bytes_.data() + at_, size);
+    at_ += size;
+  }
+  std::span<const uint8_t> bytes_;
+  size_t at_ = 0;
+  const char* wrong_ = nullptr;
+};
+
+/// A result: its value by `packValue(packer, value)`, or the error's words.
+template <class T, class PackValue>
+void packResult(Packer& packer, const Result<T>& result, const PackValue& packValue) {
+  packer.value(static_cast<uint8_t>(result.ok() ? 1 : 0));
+  if (result.ok())
+    packValue(packer, *result);
+  else
+    packer.text(result.error().message);
+}
+template <class T, class UnpackValue>
+Result<T> unpackResult(Unpacker& unpacker, const UnpackValue& unpackValue) {
+  if (unpacker.value<uint8_t>() != 0) return unpackValue(unpacker);
+  return Error{unpacker.text()};
+}
+
+}  // namespace terrane

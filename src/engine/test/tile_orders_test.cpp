@@ -1,0 +1,91 @@
+#include "terrane/engine/tile_orders.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+
+#include "made_ground.h"
+#include "random_tiles.h"
+#include "terrane/codec/elevation_codec.h"
+#include "terrane/codec/packed.h"
+#include "terrane/engine/run_order.h"
+#include "terrane/stream/decode_orders.h"
+
+namespace terrane {
+namespace {
+
+template <class Order>
+std::vector<uint8_t> packedAnswer(const typename Order::Answer& answer) {
+  Packer packer;
+  Order::packAnswer(packer, answer);
+  return packer.take();
+}
+
+/// What an order gives here is what it gives in another memory; cut short, neither order nor answer is taken.
+template <class Order>
+void expectToTravel(const Order& order, std::mt19937& random) {
+  const std::vector<uint8_t> truth = packedAnswer<Order>(order.run());
+  std::vector<uint8_t> taken;
+  const auto take = [&](const typename Order::Answer& answer) { taken = packedAnswer<Order>(answer); };
+  OrderedWork<Order, decltype(take)> work(order, take);
+  const std::vector<uint8_t> sent = work.pack();
+  const auto answer = runOrder(work.kind(), sent);
+  ASSERT_TRUE(answer.ok()) << answer.error().message;
+  ASSERT_TRUE(work.takeAnswer(*answer).ok());
+  EXPECT_EQ(taken, truth);
+
+  taken.clear();
+  const std::span<const uint8_t> sentBytes = sent, answerBytes = *answer;
+  for (size_t i = 0; i < 100; ++i) {
+    EXPECT_FALSE(runOrder(work.kind(), sentBytes.first(i < 50 ? i : random() % sent.size())).ok());
+    EXPECT_FALSE(work.takeAnswer(answerBytes.first(i < 50 ? i : random() % answer->size())).ok());
+  }
+  EXPECT_TRUE(taken.empty());
+}
+
+TEST(TileOrders, PreparingTravels) {
+  std::mt19937 random(21);
+  const ElevationScale scale{.heightStep = 0.25};
+  for (const double voidShare : {0.0, 0.3, 1.0}) {
+    const Tile tile = randomTile({}, nullptr, scale, {.voidShare = voidShare}, random);
+    expectToTravel(PrepareTile{std::make_shared<const TileSamples>(tile.samples)}, random);
+  }
+}
+
+TEST(TileOrders, MeshesTravel) {
+  std::mt19937 random(22);
+  MeshScale meshScale{.spacingMeters = 10.0};
+  meshScale.finestLevel = 1;
+  for (unsigned kind = 0; kind < 5; ++kind) {
+    const MadeGround ground(1, someGround(kind, random));
+    const auto root = std::make_shared<const Tile>(ground.tile({}, random, 10));
+    const MakeMeshes first{{TileId{}, 0, nullptr, meshScale, {}}, root};
+    expectToTravel(first, random);
+    // Those of a child start from the root's last, and go on beyond its own.
+    const auto roots = first.run();
+    const auto child = std::make_shared<const Tile>(ground.tile({1, 1, 0}, random, 10));
+    const MakeMeshes second{{{1, 1, 0}, meshScale.firstLevel(false), roots.back(), meshScale, {}}, child};
+    expectToTravel(second, random);
+    const MakeMeshes beyond{{{1, 1, 0}, meshScale.lastOwnLevel() + 1, second.run().back(), meshScale, {}},
+                            child};
+    expectToTravel(beyond, random);
+  }
+}
+
+TEST(TileOrders, WhatIsNoOrderIsAnError) {
+  EXPECT_FALSE(runOrder(0, {}).ok());
+  EXPECT_FALSE(runOrder(12345, {}).ok());
+  // A mesh level without the one that it starts from, and one that there is not.
+  std::mt19937 random(23);
+  const MadeGround ground(1, someGround(1, random));
+  const auto tile = std::make_shared<const Tile>(ground.tile({1, 0, 0}, random, 10));
+  for (const int level : {-1, 3, 99}) {
+    Packer packer;
+    MakeMeshes{{{1, 0, 0}, level, nullptr, {}, {}}, tile}.pack(packer);
+    EXPECT_FALSE(runOrder(MakeMeshes::kKind, packer.take()).ok()) << level;
+  }
+}
+
+}  // namespace
+}  // namespace terrane

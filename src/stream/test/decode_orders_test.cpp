@@ -1,0 +1,160 @@
+#include "terrane/stream/decode_orders.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "terrane/codec/elevation_codec.h"
+
+namespace terrane {
+namespace {
+
+const ElevationScale kScale{.heightStep = 0.5};
+
+/// Hills over the whole tile; with a void lake if asked for.
+Tile rootTile(bool hasVoid) {
+  Tile tile;
+  tile.samples.heights.resize(kTileSampleCount);
+  tile.samples.states.assign(kTileSampleCount, SampleState::Coded);
+  for (int y = 0; y < kTileSamples; ++y)
+    for (int x = 0; x < kTileSamples; ++x)
+      tile.samples.heights[static_cast<size_t>(y * kTileSamples + x)] =
+          kScale.heightFromInteger((x * x + 3 * y * y) / 200 + (x * y) % 7);
+  tile.samples.coverage.kind = Coverage::Kind::Full;
+  if (hasVoid) {
+    tile.samples.coverage.kind = Coverage::Kind::Partial;
+    tile.samples.coverage.bits.assign(Coverage::kBytes, 255);
+    for (size_t i = 1000; i < 3000; ++i) tile.samples.coverage.bits[i] = 0x3C;
+  }
+  tile.nodes.error.assign(static_cast<size_t>(tileNodeCount(true)), 7);
+  tile.nodes.largeError.assign(static_cast<size_t>(tileLargeNodeCount(true)), 9);
+  tile.nodes.low.assign(static_cast<size_t>(tileNodeCount(true)), 100);
+  tile.nodes.high.assign(static_cast<size_t>(tileNodeCount(true)), 200);
+  for (ChildSummary& child : tile.children) child = {ChildState::Interpolated, 0, 100, 200};
+  return tile;
+}
+
+/// A child that has a height of its own at every place that its parent does not give.
+Tile childTile(const Tile& parent, int quadrant) {
+  Tile tile = interpolateTile(parent, quadrant);
+  for (int y = 0; y < kTileSamples; ++y)
+    for (int x = 0; x < kTileSamples; ++x) {
+      if (x % 2 == 0 && y % 2 == 0) continue;
+      const auto i = static_cast<size_t>(y * kTileSamples + x);
+      tile.samples.states[i] = SampleState::Coded;
+      tile.samples.heights[i] = kScale.heightFromInteger((x + 2 * y + quadrant) % 50);
+    }
+  return tile;
+}
+
+void expectSame(const Result<Tile>& a, const Result<Tile>& b) {
+  ASSERT_EQ(a.ok(), b.ok());
+  if (!a.ok()) {
+    EXPECT_EQ(a.error().message, b.error().message);
+    return;
+  }
+  EXPECT_EQ(a->samples.heights, b->samples.heights);
+  EXPECT_EQ(a->samples.states, b->samples.states);
+  EXPECT_EQ(a->samples.coverage.kind, b->samples.coverage.kind);
+  EXPECT_EQ(a->samples.coverage.bits, b->samples.coverage.bits);
+  EXPECT_EQ(a->nodes.error, b->nodes.error);
+  EXPECT_EQ(a->nodes.largeError, b->nodes.largeError);
+  EXPECT_EQ(a->nodes.low, b->nodes.low);
+  EXPECT_EQ(a->nodes.high, b->nodes.high);
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(a->children[i].state, b->children[i].state);
+    EXPECT_EQ(a->children[i].error, b->children[i].error);
+    EXPECT_EQ(a->children[i].low, b->children[i].low);
+    EXPECT_EQ(a->children[i].high, b->children[i].high);
+  }
+}
+void expectSame(const Result<ImageryTile>& a, const Result<ImageryTile>& b) {
+  ASSERT_EQ(a.ok(), b.ok());
+  if (a.ok())
+    EXPECT_EQ(a->rgba, b->rgba);
+  else
+    EXPECT_EQ(a.error().message, b.error().message);
+}
+
+/// The order gives the same answer here as in another memory; bytes that are cut short are errors on both
+/// ways.
+template <class Order>
+void expectToTravel(const Order& order) {
+  bool isTaken = false;
+  const auto take = [&](typename Order::Answer answer) {
+    isTaken = true;
+    expectSame(answer, order.run());
+  };
+  OrderedWork<Order, decltype(take)> work(order, take);
+  const std::vector<uint8_t> sent = work.pack();
+  const auto answer = runPacked<Order>(sent);
+  ASSERT_TRUE(answer.ok()) << answer.error().message;
+  ASSERT_TRUE(work.takeAnswer(*answer).ok());
+  EXPECT_TRUE(isTaken);
+
+  isTaken = false;
+  std::mt19937 random(5);
+  for (int i = 0; i < 300; ++i) {
+    const size_t sentBytes =
+        i < 100 ? std::min<size_t>(static_cast<size_t>(i), sent.size() - 1) : random() % sent.size();
+    const size_t answerBytes =
+        i < 100 ? std::min<size_t>(static_cast<size_t>(i), answer->size() - 1) : random() % answer->size();
+    EXPECT_FALSE(runPacked<Order>(std::span(sent).first(sentBytes)).ok()) << sentBytes;
+    EXPECT_FALSE(work.takeAnswer(std::span(*answer).first(answerBytes)).ok()) << answerBytes;
+  }
+  EXPECT_FALSE(isTaken);
+}
+
+SharedBytes shared(std::vector<uint8_t> bytes) {
+  return std::make_shared<const std::vector<uint8_t>>(std::move(bytes));
+}
+
+TEST(DecodeOrders, ElevationTravels) {
+  for (const bool hasVoid : {false, true}) {
+    const Tile root = rootTile(hasVoid);
+    const SharedBytes payload = shared(encodeTile(root, nullptr, 0, kScale));
+    expectToTravel(DecodeElevation{payload, nullptr, 0, kScale});
+    const auto parent = std::make_shared<const TileSamples>(root.samples);
+    for (int quadrant = 0; quadrant < 4; ++quadrant) {
+      const SharedBytes child = shared(encodeTile(childTile(root, quadrant), parent.get(), quadrant, kScale));
+      expectToTravel(DecodeElevation{child, parent, quadrant, kScale});
+    }
+  }
+}
+
+TEST(DecodeOrders, WhatCannotBeDecodedSaysSoInTheSameWords) {
+  std::vector<uint8_t> payload = encodeTile(rootTile(false), nullptr, 0, kScale);
+  payload[payload.size() / 2] ^= 1;
+  const DecodeElevation damaged{shared(payload), nullptr, 0, kScale};
+  ASSERT_FALSE(damaged.run().ok());
+  expectToTravel(damaged);
+  expectToTravel(DecodePicture{shared({1, 2, 3}), false});
+}
+
+TEST(DecodeOrders, BeginningsTravel) {
+  std::vector<uint8_t> payload = encodeTile(rootTile(false), nullptr, 0, kScale);
+  payload.resize(payload.size() * 2 / 3);
+  const SketchElevation sketch{shared(payload), kScale};
+  ASSERT_TRUE(sketch.run().ok());
+  expectToTravel(sketch);
+
+  ImageryTile picture;
+  for (size_t i = 0; i < picture.rgba.size(); ++i)
+    picture.rgba[i] = static_cast<uint8_t>(i % 4 == 3 ? 255 : i / 700 + i % 4 * 20);
+  std::vector<uint8_t> jpeg = encodeImagery(picture, ImageryFormat::Jpeg, 80);
+  expectToTravel(DecodePicture{shared(jpeg), false});
+  jpeg.resize(imageryLayout(jpeg)->scanEnds[0] + 10);
+  const DecodePicture beginning{shared(jpeg), true};
+  ASSERT_TRUE(beginning.run().ok());
+  expectToTravel(beginning);
+}
+
+/// No order's number stands for two.
+TEST(DecodeOrders, KindsAreOfOneTypeEach) {
+  EXPECT_NE(DecodeElevation::kKind, SketchElevation::kKind);
+  EXPECT_NE(DecodeElevation::kKind, DecodePicture::kKind);
+  EXPECT_NE(SketchElevation::kKind, DecodePicture::kKind);
+}
+
+}  // namespace
+}  // namespace terrane

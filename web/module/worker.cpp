@@ -1,0 +1,42 @@
+#include <emscripten.h>
+
+#include <string>
+#include <vector>
+
+#include "terrane/engine/run_order.h"
+
+/// What a Web Worker has of the engine: it runs orders that come as bytes. web/package/src/worker.ts calls
+/// it.
+
+namespace {
+
+std::vector<uint8_t> order;
+std::vector<uint8_t> answer;
+
+}  // namespace
+
+extern "C" {
+/// Room for an order; the next one takes it again.
+EMSCRIPTEN_KEEPALIVE uint8_t* terrane_order_room(size_t bytes) {
+  order.resize(bytes);
+  return order.data();
+}
+/// Runs the order that is there. Returns whether it is one; then terrane_answer() is its answer, else, in
+/// UTF-8, why not. Both stay until the next call.
+EMSCRIPTEN_KEEPALIVE bool terrane_run_order(uint32_t kind) {
+  auto made = terrane::runOrder(kind, order);
+  if (made.ok()) {
+    answer = std::move(*made);
+  } else {
+    const std::string& why = made.error().message;
+    answer.assign(why.begin(), why.end());
+  }
+  return made.ok();
+}
+EMSCRIPTEN_KEEPALIVE const uint8_t* terrane_answer() {
+  return answer.data();
+}
+EMSCRIPTEN_KEEPALIVE size_t terrane_answer_bytes() {
+  return answer.size();
+}
+}
