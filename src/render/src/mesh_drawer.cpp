@@ -114,6 +114,7 @@ int MeshDrawer::drawPlaces(const gpu::Program& program, const MeshStore& meshes)
     context_.bindStorage(kVertexBinding, meshes.vertices().name());
     context_.bindStorage(kIndexBinding, meshes.indices().name());
   }
+  // Only who looks triangles up by their number in the call needs one for each range.
   return draw(program, meshes, !context_.isGles());
 }
 
