@@ -275,8 +275,9 @@ def row_of(result):
         "requests_in_flight": sum(
             request["kind"] != "code" and request["begin"] - began > in_flight for request in result["requests"]
         ),
-        "triangles": round(statistics.mean(frame["triangles"] for frame in frames)),
-        "triangles_max": round(max(frame["triangles"] for frame in frames)),
+        "triangles": round(statistics.mean(frame["told"] for frame in frames)),
+        "triangles_max": round(max(frame["told"] for frame in frames)),
+        "all_triangles": round(statistics.mean(frame["triangles"] for frame in frames)),
         "draw_calls": statistics.mean(frame["calls"] for frame in frames),
         "draw_calls_max": max(frame["calls"] for frame in frames),
         "main_thread_ms": times["taskCpuMs"] / len(frames),
