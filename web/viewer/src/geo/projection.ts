@@ -7,11 +7,11 @@ export interface Projection {
   toDegrees(easting: number, northing: number): readonly [number, number];
 }
 
-type Proj4 = typeof import("proj4");
+type Proj4 = (typeof import("./proj4_core.js"))["default"];
 
 /** Loads what knows projections; null where it does not understand the dataset's. */
 export async function projectionOf(dataset: DatasetInfo): Promise<Projection | null> {
-  const proj4 = (await import("proj4")).default;
+  const proj4 = (await import("./proj4_core.js")).default;
   for (const definition of definitionsOf(dataset)) {
     const found = tryDefinition(proj4, definition, dataset);
     if (found !== null) return found;
@@ -23,7 +23,7 @@ export async function projectionOf(dataset: DatasetInfo): Promise<Projection | n
 export async function degreesFrom(epsg: number): Promise<((x: number, y: number) => readonly [number, number]) | null> {
   const definition = definitionOfEpsg(epsg);
   if (definition === null) return null;
-  const proj4 = (await import("proj4")).default;
+  const proj4 = (await import("./proj4_core.js")).default;
   const converter = proj4(definition, "WGS84");
   return (x, y) => pairOf(() => converter.forward([x, y]));
 }

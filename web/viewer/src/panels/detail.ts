@@ -18,7 +18,7 @@ export const detailPanel: Panel = {
       { value: "patches", label: "Patches", hint: "Regular patches that blend without a jump" },
     ], settings.surface, (value) => viewer.set({ surface: value }));
     const samples = choiceControl<"1" | "4">("Samples a pixel", [{ value: "1", label: "1, faster" }, { value: "4", label: "4, smoother" }], settings.samples >= 2 ? "4" : "1", (value) => viewer.set({ samples: Number(value) }));
-    const sharpness = sliderControl({ label: "Pixels for each of the screen’s", min: 0.5, max: Math.max(2, devicePixelRatio), step: 0.25, value: settings.pixelRatio, format: (value) => `× ${formatNumber(value, 2)}`, change: (value) => viewer.set({ pixelRatio: value }) });
+    const sharpness = sliderControl({ label: "Sharpness, pixels a screen pixel", min: 0.5, max: Math.max(2, devicePixelRatio), step: 0.25, value: settings.pixelRatio, format: (value) => `× ${formatNumber(value, 2)}`, change: (value) => viewer.set({ pixelRatio: value }) });
     const frozen = switchControl("Freeze", settings.frozen, (on) => viewer.set({ frozen: on }), "What is drawn stays: fly around, and see what was chosen for where you were");
     const stop = viewer.on("settings", (now) => {
       tau.show(now.tau);

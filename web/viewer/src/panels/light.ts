@@ -56,7 +56,7 @@ export const lightPanel: Panel = {
     show();
     return {
       body: el("div", {}, el("div", { class: "dial-box" }, dial), azimuth.element, altitude.element, exaggeration.element,
-        el("button", { class: "secondary", type: "button", on: { click: () => viewer.set(kFirst) } }, "As it was at first")),
+        el("button", { class: "secondary", type: "button", on: { click: () => viewer.set(kFirst) } }, "Reset")),
       close: stop,
     };
   },

@@ -37,8 +37,8 @@ export function makeHelp(): { element: HTMLDialogElement; toggle(): void } {
   const dialog = el("dialog", { class: "help", "aria-labelledby": "help-title" },
     el("header", { class: "panel-head" }, el("h2", { id: "help-title" }, "Keys and gestures"),
       el("button", { class: "plain", type: "button", "aria-label": "Close", on: { click: () => dialog.close() } }, icon("close"))),
-    el("div", { class: "help-body" }, table("Tools and panels", [...named, ["?", "This sheet"]]),
-      el("div", {}, table("Map", kMap), table("Fingers", kTouch), table("Flying", kFly), table("While a tool is open", kTools))));
+    el("div", { class: "help-body", tabindex: 0, autofocus: true }, table("Tools and panels", [...named, ["?", "This sheet"]]),
+      el("div", { class: "gestures" }, table("Map", kMap), table("Fingers", kTouch), table("Flying", kFly), table("While a tool is open", kTools))));
   dialog.addEventListener("click", (event) => {
     if (event.target === dialog) dialog.close();
   });

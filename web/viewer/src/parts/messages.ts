@@ -9,11 +9,13 @@ export class Messages {
   readonly element = el("div", { class: "messages" }, this.banner, this.toasts);
 
   say(message: string, kind: "info" | "warning" = "info"): void {
+    // The same again is not more.
+    for (const shown of [...this.toasts.children]) if (shown.textContent === message) shown.remove();
     const toast = el("div", { class: `toast is-${kind}` },
       icon(kind === "warning" ? "warning" : "check"),
       el("span", {}, message),
       el("button", { class: "plain", type: "button", "aria-label": "Dismiss", on: { click: () => toast.remove() } }, icon("close")));
-    while (this.toasts.childElementCount >= 3) this.toasts.firstElementChild?.remove();
+    while (this.toasts.childElementCount >= 2) this.toasts.firstElementChild?.remove();
     this.toasts.append(toast);
     // Long enough to be read, twice.
     setTimeout(() => toast.remove(), 4000 + 60 * message.length);

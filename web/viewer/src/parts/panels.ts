@@ -8,6 +8,10 @@ export class Panels {
   private current: { panel: Panel; open: OpenPanel; element: HTMLElement; before: Element | null } | null = null;
   private readonly listeners: ((open: string | null) => void)[] = [];
   private app: App | null = null;
+  /** A sheet takes its height from the ground on small screens: the middle of the picture stays in sight. */
+  private readonly sizes = new ResizeObserver(() => {
+    document.documentElement.style.setProperty("--sheet", `${this.current?.element.offsetHeight ?? 0}px`);
+  });
 
   use(app: App): void {
     this.app = app;
@@ -38,6 +42,7 @@ export class Panels {
       el("div", { class: "panel-body" }, open.body));
     this.element.append(element);
     this.current = { panel, open, element, before };
+    this.sizes.observe(element);
     if (focus) element.focus({ preventScroll: true });
     this.tell();
   }
@@ -49,6 +54,8 @@ export class Panels {
     this.current = null;
     const hadFocus = current.element.contains(document.activeElement);
     current.open.close?.();
+    this.sizes.disconnect();
+    document.documentElement.style.setProperty("--sheet", "0px");
     current.element.remove();
     if (hadFocus && current.before instanceof HTMLElement) current.before.focus({ preventScroll: true });
     this.tell();

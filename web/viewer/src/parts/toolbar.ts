@@ -17,7 +17,7 @@ export function makeToolbar(app: App, toggleHelp: () => void): HTMLElement {
   };
   const panelButton = (panel: Panel): HTMLButtonElement => {
     const button = toolButton(panel.id, panel.title, panel.key, panel.icon, (event) => {
-      more.hidden = true;
+      closeMore();
       // With the keyboard one goes on in what has opened; with a pointer one goes on on the map.
       panels.toggle(panel, event.detail === 0);
     });
@@ -25,11 +25,11 @@ export function makeToolbar(app: App, toggleHelp: () => void): HTMLElement {
     return remember(panel.id, button);
   };
   const actionButton = (action: Action): HTMLButtonElement => toolButton(action.id, action.title, action.key, action.icon, () => {
-    more.hidden = true;
+    closeMore();
     action.run(app);
   });
   const helpButton = (): HTMLButtonElement => toolButton("help", "Keys and gestures", "?", "help", () => {
-    more.hidden = true;
+    closeMore();
     toggleHelp();
   });
 
@@ -45,9 +45,18 @@ export function makeToolbar(app: App, toggleHelp: () => void): HTMLElement {
     ...panelGroups.map((group) => el("div", { class: "tool-group" }, ...group.map(panelButton))),
     el("div", { class: "tool-group" }, ...actions.map(actionButton), helpButton()), moreButton);
 
-  panels.onChange((open) => {
+  const closeMore = (): boolean => {
+    const wasOpen = !more.hidden;
     more.hidden = true;
     moreButton.setAttribute("aria-expanded", "false");
+    return wasOpen;
+  };
+  app.viewer.canvas.addEventListener("pointerdown", closeMore);
+  addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && closeMore()) event.stopImmediatePropagation();
+  }, { capture: true });
+  panels.onChange((open) => {
+    closeMore();
     for (const [id, all] of buttons) for (const button of all) button.setAttribute("aria-expanded", String(id === open));
   });
   return el("div", { class: "tools" }, bar, more);
