@@ -19,13 +19,13 @@ const kFlags = [
 
 const run = (...args) => execFileSync(kTerrane, args, { stdio: ["ignore", "pipe", "pipe"] });
 
-/** A dataset of 513 x 513 samples with imagery; made once. `crs`: an EPSG number, for one that is not as it was made. */
-export function makeDataset(name = "hills", { crs, imagery = true, seed = 1 } = {}) {
+/** A dataset with imagery, of `size` samples a side; made once. `crs`: an EPSG number, for one that is not as it was made. */
+export function makeDataset(name = "hills", { crs, imagery = true, seed = 1, size = 513 } = {}) {
   mkdirSync(kWork, { recursive: true });
   const dataset = join(kWork, `${name}.terrane`);
   if (existsSync(join(dataset, "manifest.json"))) return dataset;
   const [heights, color] = [join(kWork, `${name}.tif`), join(kWork, `${name}-color.tif`)];
-  run("synth", "-o", heights, "--color", color, "--size", "513", "--seed", String(seed), "--overwrite", "-q");
+  run("synth", "-o", heights, "--color", color, "--size", String(size), "--seed", String(seed), "--overwrite", "-q");
   run("build", heights, "-o", dataset, "--overwrite", "-q", "--attribution", "Heights of nobody", ...(crs ? ["--crs", `EPSG:${crs}`] : []),
     ...(imagery ? ["--imagery", `pictures=${color}`, "--imagery-attribution", "pictures=Pictures of no place"] : []));
   return dataset;
@@ -139,7 +139,7 @@ export function dropFiles(page, files) {
 
 export const lastToast = (page, words) => page.locator(".toast", { hasText: words }).last().waitFor();
 
-/** Coordinates of another CRS, by GDAL. */
+/** Coordinates of another CRS, by GDAL: east or longitude first, whatever the CRS says. */
 export function transform(from, to, points) {
   const input = points.map((point) => point.join(" ")).join("\n");
   const lines = execFileSync("gdaltransform", ["-s_srs", from, "-t_srs", to, "-output_xy"], { input, encoding: "utf8" }).trim().split("\n");
