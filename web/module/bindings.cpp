@@ -79,6 +79,10 @@ EMSCRIPTEN_BINDINGS(terrane) {
       .function("pick", &WebView::pick)
       .function("profile", &WebView::profile)
       .function("lineOfSight", &WebView::lineOfSight)
+      .function("setLines", &WebView::setLines)
+      .function("setPass", &WebView::setPass)
+      .function("removePass", &WebView::removePass)
+      .function("setPassUniform", &WebView::setPassUniform)
       .function("loadFlight", &WebView::loadFlight)
       .function("flightSeconds", &WebView::flightSeconds)
       .function("flightCamera", &WebView::flightCamera);

@@ -76,7 +76,8 @@ WebView::WebView(emscripten::val canvas, const std::string& url, const WebLimits
 
 std::string WebView::trouble() const {
   if (!view_) return {};
-  return view_->problem().empty() ? workers_.trouble() : view_->problem();
+  if (!view_->problem().empty()) return view_->problem();
+  return workers_.trouble().empty() ? stageTrouble_ : workers_.trouble();
 }
 
 std::string WebView::datasetJson() const {
@@ -163,6 +164,7 @@ bool WebView::frame(double nowSeconds) {
   else if (!frozen_ && isReady())
     frozen_ = seen;
   if (frozen_) view_->requestRender();
+  giveStages();
   auto changed = view_->update(frozen_.value_or(seen), nowSeconds);
   if (!changed.ok()) {
     fail(changed.error());
