@@ -84,7 +84,9 @@ export async function openViewer(page, url) {
 export function pixelOf(page, easting, northing) {
   return page.evaluate(([easting, northing]) => {
     const { terraneViewer: viewer } = window;
-    return viewer.project({ easting, northing, height: viewer.elevationAt(easting, northing) });
+    const at = viewer.project({ easting, northing, height: viewer.elevationAt(easting, northing) });
+    const box = viewer.canvas.getBoundingClientRect();
+    return { x: at.x + box.left, y: at.y + box.top };
   }, [easting, northing]);
 }
 

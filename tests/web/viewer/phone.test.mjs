@@ -69,10 +69,15 @@ test("one finger moves the map, two come nearer and turn", async () => {
 });
 
 test("a panel is a sheet at the bottom; the ground stays above it", async () => {
+  const { height } = await page.locator(".ground").boundingBox();
   await page.locator(".toolbar [data-tool=layers]").tap();
   const sheet = await page.locator("#panel-layers").boundingBox();
   assert.ok(isWhole(sheet) && sheet.x === 0 && sheet.width === 390, JSON.stringify(sheet));
-  await page.waitForFunction((top) => Math.abs(document.querySelector(".ground").getBoundingClientRect().bottom - top) < 20, sheet.y);
+  // Its middle stands in the middle of what the sheet leaves, as large as before.
+  await page.waitForFunction(([top, height]) => {
+    const box = document.querySelector(".ground").getBoundingClientRect();
+    return Math.abs(box.top + box.height / 2 - top / 2) < 12 && box.height === height && box.bottom >= top;
+  }, [sheet.y, height]);
   await page.locator("#panel-layers .choice", { hasText: "Slope" }).tap();
   assert.equal(await page.evaluate(() => window.terraneViewer.settings.mode), "slope");
   await page.evaluate(() => window.terraneViewer.set({ mode: "shaded" }));
