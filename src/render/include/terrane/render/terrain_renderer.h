@@ -16,11 +16,8 @@
 #include "terrane/gpu/context.h"
 #include "terrane/gpu/framebuffer.h"
 #include "terrane/lod/cut.h"
-<<<<<<< HEAD
 #include "terrane/render/ground_lines.h"
-=======
 #include "terrane/render/prepare_tile.h"
->>>>>>> main
 #include "terrane/render/render_style.h"
 #include "terrane/tiling/camera.h"
 #include "terrane/tiling/frame.h"
