@@ -156,10 +156,11 @@ test("flying is said in the words of fingers", async () => {
 test("turned on its side, everything still fits", async () => {
   await page.setViewportSize({ width: 844, height: 390 });
   for (const selector of [".title", ".compass", ".readout"]) assert.ok(isWhole(await page.locator(selector).boundingBox(), 844, 390), selector);
-  for (const tool of ["layers", "statistics", "lines", "flights"]) {
-    const button = page.locator(`.toolbar [data-tool=${tool}]`);
-    await button.scrollIntoViewIfNeeded();
-    assert.ok(isWhole(await button.boundingBox(), 844, 390), tool);
+  const readout = await page.locator(".readout").boundingBox();
+  for (const tool of ["layers", "light", "detail", "statistics", "measure", "profile", "sight", "lines", "flights", "screenshot", "link", "help"]) {
+    const box = await page.locator(`.toolbar [data-tool=${tool}]`).boundingBox();
+    assert.ok(isWhole(box, 844, 390), tool);
+    assert.ok(box.x + box.width < readout.x || box.y + box.height < readout.y, `${tool} lies under the readout`);
   }
   await page.locator(".toolbar [data-tool=layers]").tap();
   assert.ok(isWhole(await page.locator("#panel-layers").boundingBox(), 844, 390));
