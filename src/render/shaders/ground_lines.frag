@@ -13,9 +13,9 @@ const int kMostSegments = 2048;
 const float kThrough = 0.8;  // pixels from the middle of one
 const float kFlattest = 1.0 / 32.0;  // sine of the angle below which ground is taken to be seen no flatter
 
-ivec4 cellAt(int index) { return texelFetch(uLineCells, ivec3(index & 1023, (index >> 10) & 1023, index >> 20), 0); }
-ivec4 entryAt(int index) { return texelFetch(uLineEntries, ivec3(index & 1023, (index >> 10) & 1023, index >> 20), 0); }
-vec4 styleAt(int index) { return texelFetch(uLineStyles, ivec3(index & 1023, (index >> 10) & 1023, index >> 20), 0); }
+ivec4 cellAt(int index) { return texelFetch(uLineCells, ivec3(index & 1023, (index >> 10) & 63, index >> 16), 0); }
+ivec4 entryAt(int index) { return texelFetch(uLineEntries, ivec3(index & 1023, (index >> 10) & 63, index >> 16), 0); }
+vec4 styleAt(int index) { return texelFetch(uLineStyles, ivec3(index & 1023, (index >> 10) & 63, index >> 16), 0); }
 
 // The cell's list: where it begins and how long it is.
 ivec2 listOf(ivec2 cell, int level) {
