@@ -24,8 +24,9 @@ class Archives {
   static int fileOf(const TileKey& key) { return key.layer + 1; }
   /// A request for bytes of an archive.
   FetchRequest request(int file, uint64_t offset, uint64_t bytes) const;
-  /// The archive's first bytes, which hold its root directory.
-  FetchRequest firstBytes(int file) const;
+  /// The archive's first bytes, which hold its root directory and, about as many as `bytes`, the first of its
+  /// tiles.
+  FetchRequest firstBytes(int file, uint64_t bytes) const;
   Status setFirstBytes(int file, const std::vector<uint8_t>& bytes);
   bool isOpen(int file) const { return files_[static_cast<size_t>(file)].index.has_value(); }
 
@@ -34,6 +35,7 @@ class Archives {
   Status addDirectory(int file, PmtilesIndex::Place place, const std::vector<uint8_t>& bytes);
 
  private:
+  static constexpr uint64_t kMostFirstBytes = 128U << 10;
   struct File {
     std::string name;
     uint64_t bytes = 0;

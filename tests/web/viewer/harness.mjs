@@ -19,7 +19,7 @@ const kFlags = [
 
 const run = (...args) => execFileSync(kTerrane, args, { stdio: ["ignore", "pipe", "pipe"] });
 
-/** A dataset of `size` x `size` samples with imagery; made once. `crs`: an EPSG number, for one that is not as it was made. */
+/** A dataset with imagery, of `size` samples a side; made once. `crs`: an EPSG number, for one that is not as it was made. */
 export function makeDataset(name = "hills", { crs, imagery = true, seed = 1, size = 513 } = {}) {
   mkdirSync(kWork, { recursive: true });
   const dataset = join(kWork, `${name}.terrane`);
@@ -84,7 +84,9 @@ export async function openViewer(page, url) {
 export function pixelOf(page, easting, northing) {
   return page.evaluate(([easting, northing]) => {
     const { terraneViewer: viewer } = window;
-    return viewer.project({ easting, northing, height: viewer.elevationAt(easting, northing) });
+    const at = viewer.project({ easting, northing, height: viewer.elevationAt(easting, northing) });
+    const box = viewer.canvas.getBoundingClientRect();
+    return { x: at.x + box.left, y: at.y + box.top };
   }, [easting, northing]);
 }
 
@@ -139,7 +141,7 @@ export function dropFiles(page, files) {
 
 export const lastToast = (page, words) => page.locator(".toast", { hasText: words }).last().waitFor();
 
-/** Coordinates of another CRS, by GDAL. */
+/** Coordinates of another CRS, by GDAL: east or longitude first, whatever the CRS says. */
 export function transform(from, to, points) {
   const input = points.map((point) => point.join(" ")).join("\n");
   const lines = execFileSync("gdaltransform", ["-s_srs", from, "-t_srs", to, "-output_xy"], { input, encoding: "utf8" }).trim().split("\n");

@@ -130,9 +130,11 @@ test("detail: a larger tau needs fewer triangles; surfaces, samples, freeze", as
   await settled(page);
   await page.locator("#panel-detail .switch", { hasText: "Freeze" }).click();
   assert.equal((await settings()).frozen, true);
+  const frame = () => page.evaluate(() => new Promise((done) => window.terraneViewer.on("frame", done)));
+  await frame();
   const frozen = await triangles();
   await page.evaluate(() => window.terraneViewer.setView({ height: window.terraneViewer.view.height / 2 }));
-  await page.evaluate(() => new Promise((done) => window.terraneViewer.on("frame", done)));
+  await frame();
   assert.equal(await triangles(), frozen, "what is frozen changes");
   await page.locator("#panel-detail .switch", { hasText: "Freeze" }).click();
   await page.keyboard.press("Escape");

@@ -167,6 +167,18 @@ test("a link is copied", async () => {
   assert.equal(await page.evaluate(() => navigator.clipboard.readText()), page.url());
 });
 
+test("a browser that does not let the page copy is given the link to copy by hand", async () => {
+  await page.evaluate(() => {
+    navigator.clipboard.writeText = () => Promise.reject(new Error("not allowed"));
+  });
+  await page.keyboard.press("k");
+  const field = page.locator(".link-dialog input");
+  await field.waitFor();
+  assert.equal(await field.inputValue(), page.url());
+  await page.keyboard.press("Escape");
+  await field.waitFor({ state: "detached" });
+});
+
 test("the picture is saved as PNG with the canvas's pixels", async () => {
   await page.evaluate(() => window.terraneViewer.set({ mode: "shaded" }));
   const { name, bytes } = await downloaded(page, () => page.keyboard.press("x"));

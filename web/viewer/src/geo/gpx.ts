@@ -5,7 +5,7 @@ export function readGpx(text: string): ForeignLines {
   // What entities could be expanded to is nobody's business here.
   if (/<!(DOCTYPE|ENTITY)/i.test(text)) throw new FileError("it has a DOCTYPE, which GPX files do not have");
   const document = new DOMParser().parseFromString(text, "application/xml");
-  if (document.getElementsByTagName("parsererror").length > 0) throw new FileError("it is no well-formed XML");
+  if (document.getElementsByTagName("parsererror").length > 0) throw new FileError("it is not well-formed XML");
   if (document.documentElement.localName !== "gpx") throw new FileError(`it is XML, but not GPX: its root is “${cleanName(document.documentElement.localName)}”`);
   const out: ForeignLines = { lines: [], pointsLeftOut: elements(document, "wpt").length, epsg: 4326 };
   const budget = new PointBudget();

@@ -10,7 +10,7 @@ function fullPage(id: string, title: string, ...children: Child[]): void {
   document.body.append(el("main", { class: "full-page", id }, el("div", { class: "full-card" }, el("h1", {}, title), ...children)));
 }
 
-const again = (): HTMLElement => el("button", { class: "primary", type: "button", on: { click: () => location.reload() } }, "Try again");
+const again = (): HTMLElement => el("button", { class: "secondary", type: "button", on: { click: () => location.reload() } }, "Try again");
 
 export function showNoDataset(reason: string): void {
   fullPage("no-dataset", "No terrain to show", el("p", {}, reason),

@@ -12,7 +12,7 @@ export class Messages {
     // The same again is not more.
     for (const shown of [...this.toasts.children]) if (shown.textContent === message) shown.remove();
     const toast = el("div", { class: `toast is-${kind}` },
-      icon(kind === "warning" ? "warning" : "check"),
+      kind === "warning" && icon("warning"),
       el("span", {}, message),
       el("button", { class: "plain", type: "button", "aria-label": "Dismiss", on: { click: () => toast.remove() } }, icon("close")));
     while (this.toasts.childElementCount >= 2) this.toasts.firstElementChild?.remove();

@@ -42,8 +42,8 @@ export function makeToolbar(app: App, toggleHelp: () => void): HTMLElement {
   const more = el("div", { class: "more-sheet", hidden: true, role: "group", "aria-label": "More tools" },
     ...panelGroups.flat().filter((panel) => !kFirst.has(panel.id)).map(panelButton), ...actions.map(actionButton), helpButton());
   const bar = el("nav", { class: "toolbar", "aria-label": "Tools" },
-    ...panelGroups.map((group) => el("div", { class: "tool-group" }, ...group.map(panelButton))),
-    el("div", { class: "tool-group" }, ...actions.map(actionButton), helpButton()), moreButton);
+    ...panelGroups.map((group, i) => el("div", { class: "tool-group" }, ...group.map(panelButton),
+      ...(i === panelGroups.length - 1 ? [...actions.map(actionButton), helpButton()] : []))), moreButton);
 
   const closeMore = (): boolean => {
     const wasOpen = !more.hidden;

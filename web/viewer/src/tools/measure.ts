@@ -7,7 +7,7 @@ import { Path, pathButtons, whenFiner } from "./path.js";
 
 /** Samples of the ground between two corners: enough for its folds. */
 const kSamplesPerSegment = 256;
-const kMostSamples = 8192;
+const kMostSamples = 2048;
 
 export const measureTool: Panel = {
   id: "measure",

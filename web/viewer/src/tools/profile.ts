@@ -1,7 +1,7 @@
 import type { ProfilePoint } from "terrane";
 import type { Panel } from "../app.js";
 import { el, fill } from "../parts/dom.js";
-import { formatDistance, formatError, formatHeight, formatNumber } from "../parts/format.js";
+import { formatDistance, formatError, formatHeight, formatNumber, formatTick } from "../parts/format.js";
 import { draw } from "../parts/plots.js";
 import { climbOf, lengthOverGround } from "./ground_measures.js";
 import { Path, pathButtons, whenFiner } from "./path.js";
@@ -122,7 +122,7 @@ function paintProfile(context: CanvasRenderingContext2D, width: number, height: 
   for (let value = 0; value <= length; value += distanceStep) {
     context.textAlign = value === 0 ? "left" : value > length - distanceStep * 0.3 ? "right" : "center";
     context.fillStyle = color("--faint");
-    context.fillText(value === 0 ? "0" : formatDistance(value), x(value), height - 6);
+    context.fillText(value === 0 ? "0" : formatTick(value, distanceStep), x(value), height - 6);
   }
 
   // Where there is no ground the plot has a gap.

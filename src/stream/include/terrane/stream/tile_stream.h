@@ -22,7 +22,9 @@ struct StreamWish {
   double afterPixels = 0.0;   ///< the same once it is
   double targetPixels = 1.0;  ///< what is aimed at
   double areaPixels = 0.0;    ///< of the picture, that it concerns
-  double chance = 1.0;  ///< that it is seen when it arrives; below 1: fetched when nothing else is wanted
+  /// That it is seen when it arrives. Below 1: fetched when nothing else is wanted. Well below a half: for
+  /// later, so it may wait a second or two for others that come with the same request.
+  double chance = 1.0;
 };
 
 struct StreamOptions {
