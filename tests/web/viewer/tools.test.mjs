@@ -217,6 +217,22 @@ test("lines: drawn by clicks, coloured, widened, saved in WGS 84, removed", asyn
   await page.waitForFunction(() => window.terraneViewer.lines.size === 0);
 });
 
+test("lines: one that was not ended stays when the panel closes; each has a profile", async () => {
+  await page.keyboard.press("b");
+  const a = await clickGround(page, 0.62, 0.6);
+  const b = await clickGround(page, 0.9, 0.8);
+  await page.keyboard.press("Escape");
+  assert.equal(await page.evaluate(() => window.terraneApp.lines.lines.length), 1);
+  await page.keyboard.press("b");
+  await page.locator(".line-row button[title=Profile]").click();
+  await page.locator(".profile-plot").waitFor();
+  assert.match(await text(page, "#panel-profile h2"), /^Profile of Line \d+$/);
+  const told = await server.ask(`/d/hills/profile?points=${pair(a)};${pair(b)}&samples=512`);
+  const [, low, high] = /· ([\d\u202f]+) to ([\d\u202f]+) m ·/.exec(await text(page, ".profile-summary")).map((part) => Number(part.replaceAll("\u202f", "")));
+  assert.ok(near(low, Math.min(...told.heightsMeters), 1) && near(high, Math.max(...told.heightsMeters), 1));
+  await removeAll();
+});
+
 const removeAll = () => page.evaluate(() => window.terraneApp.lines.lines.forEach((line) => window.terraneApp.lines.remove(line.id)));
 const storedParts = () => page.evaluate(() => window.terraneApp.lines.lines.flatMap((line) => line.parts));
 

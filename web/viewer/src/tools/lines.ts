@@ -8,6 +8,7 @@ import { formatDistance, formatNumber } from "../parts/format.js";
 import { icon } from "../parts/icons.js";
 import { lengthOfCorners } from "./ground_measures.js";
 import { Path, pathButtons } from "./path.js";
+import { profileOf } from "./profile.js";
 
 export const linesTool: Panel = {
   id: "lines",
@@ -59,6 +60,8 @@ export const linesTool: Panel = {
         el("div", { class: "buttons" }, el("button", { class: "secondary", type: "button", on: { click: () => app.openFiles() } }, icon("open"), "Open"), save)),
       close: () => {
         stop();
+        // What somebody drew is not lost because they forgot to end it.
+        path?.finish();
         path?.close();
       },
     };
@@ -85,6 +88,11 @@ function rowFor(app: App, line: GroundLine): HTMLElement {
         const bounds = boundsOf(line.parts);
         if (bounds) void viewer.flyTo(viewer.overview(bounds));
       } } }, icon("target")),
+      el("button", { class: "plain", type: "button", title: "Profile", "aria-label": `Profile of ${line.name}`, on: { click: () => {
+        // Of a line in parts, the one with the most to tell.
+        const [longest] = [...line.parts].sort((a, b) => b.length - a.length);
+        if (longest) app.panels.open(profileOf(line.name, longest));
+      } } }, icon("profile")),
       el("button", { class: "plain", type: "button", title: "Delete", "aria-label": `Delete ${line.name}`, on: { click: () => lines.remove(line.id) } }, icon("trash"))),
     el("div", { class: "line-foot faint" }, el("span", { class: "number" }, `${formatDistance(length)}, ${formatNumber(points)} points`), el("span", { class: "unit" }, width, unit)));
 }

@@ -3,6 +3,8 @@ import type { App } from "../app.js";
 import { el } from "../parts/dom.js";
 import { icon } from "../parts/icons.js";
 
+const kMostMarks = 60;
+
 /** A line that grows by clicks on the ground: drawn there, with marks at its corners and a band to the pointer. */
 export class Path {
   readonly corners: Place[] = [];
@@ -23,6 +25,13 @@ export class Path {
     });
   }
 
+  /** Takes a line as it is, from its first corner to its last. */
+  take(corners: readonly { easting: number; northing: number }[]): void {
+    this.corners.length = 0;
+    for (const { easting, northing } of corners) this.corners.push({ easting, northing, height: this.app.viewer.elevationAt(easting, northing) ?? 0 });
+    this.isOpen = false;
+    this.show();
+  }
   add(place: Place): void {
     // A click after the end begins anew.
     if (!this.isOpen) this.corners.length = 0;
@@ -60,7 +69,10 @@ export class Path {
   show(): void {
     const { app, corners, id } = this;
     app.overlay.clear(id);
-    corners.forEach((corner, i) => app.overlay.setMark(`${id}/${i}`, corner, i === 0 ? "start" : "corner"));
+    // A track has thousands of corners: then its ends are marked.
+    corners.forEach((corner, i) => {
+      if (corners.length <= kMostMarks || i === 0 || i === corners.length - 1) app.overlay.setMark(`${id}/${i}`, corner, i === 0 ? "start" : "corner");
+    });
     if (corners.length >= 2) app.viewer.setLine(id, { points: corners, ...this.style });
     else app.viewer.removeLine(id);
     if (!this.isOpen || corners.length === 0) app.overlay.setBand(null, null);
