@@ -43,14 +43,24 @@ function openProfile(app: App, given: readonly Point[]): OpenPanel {
     overlay.setMark("profile-hover", at && Number.isFinite(at.height) ? at : null, "hover");
     canvas.hidden = points.length < 2;
     if (points.length < 2) {
-      fill(summary, path.corners.length === 0 ? "Click on the ground where the profile begins." : "Click where it goes on. Enter or a double click ends.");
+      fill(
+        summary,
+        path.corners.length === 0
+          ? "Click on the ground where the profile begins."
+          : "Click where it goes on. Enter or a double click ends.",
+      );
       return;
     }
     const climb = climbOf(points);
     const length = points.at(-1)?.distance ?? 0;
     const whole = `${formatDistance(length)} on the map, ${formatDistance(lengthOverGround(points))} over the ground · ${formatNumber(climb.lowest?.height ?? NaN)} to ${formatNumber(climb.highest?.height ?? NaN)} m · ${formatNumber(climb.up)} m up, ${formatNumber(climb.down)} m down · steepest ${formatNumber(climb.steepest)}°`;
     canvas.setAttribute("aria-label", `Profile: ${whole}. Arrow keys move along it.`);
-    fill(summary, at ? `${formatDistance(at.distance)}: ${Number.isFinite(at.height) ? `${formatHeight(at.height, at.error)} ${formatError(at.error)}` : "no ground"} · E ${formatNumber(at.easting)} N ${formatNumber(at.northing)}` : whole);
+    fill(
+      summary,
+      at
+        ? `${formatDistance(at.distance)}: ${Number.isFinite(at.height) ? `${formatHeight(at.height, at.error)} ${formatError(at.error)}` : "no ground"} · E ${formatNumber(at.easting)} N ${formatNumber(at.northing)}`
+        : whole,
+    );
   };
   const paint = (): void => draw(canvas, (context, width, height, color) => paintProfile(context, width, height, color, points, hovered));
 
@@ -101,7 +111,14 @@ function niceStep(span: number, labels: number): number {
   return ([1, 2, 5, 10].find((step) => step * power >= rough) ?? 10) * power;
 }
 
-function paintProfile(context: CanvasRenderingContext2D, width: number, height: number, color: (name: string) => string, points: readonly ProfilePoint[], hovered: number | null): void {
+function paintProfile(
+  context: CanvasRenderingContext2D,
+  width: number,
+  height: number,
+  color: (name: string) => string,
+  points: readonly ProfilePoint[],
+  hovered: number | null,
+): void {
   const heights = points.filter((each) => Number.isFinite(each.height));
   const length = points.at(-1)?.distance ?? 0;
   if (heights.length < 2 || !(length > 0)) return;
