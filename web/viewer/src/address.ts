@@ -36,14 +36,16 @@ export function readAddress(hash: string): AddressState {
   }
   for (const pair of pairs) {
     const at = pair.indexOf("=");
-    if (at >= 0) readSetting(out, pair.slice(0, at), decode(pair.slice(at + 1)));
+    if (at >= 0) readSetting(out, pair.slice(0, at), pair.slice(at + 1));
   }
   return out;
 }
 
-function readSetting(out: AddressState, name: string, value: string): void {
+function readSetting(out: AddressState, name: string, text: string): void {
   const { settings } = out;
-  if (name === "layers") out.layers = value === "" ? [] : value.split("/");
+  // Names may have slashes of their own, written as %2F.
+  if (name === "layers") out.layers = text === "" ? [] : text.split("/").map(decode);
+  const value = decode(text);
   if (name in kWords) {
     const known = kWords[name as keyof typeof kWords] as readonly string[];
     if (known.includes(value)) Object.assign(settings, { [name]: value });
