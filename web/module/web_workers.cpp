@@ -11,8 +11,10 @@
 // clang-format off
 EM_JS(int, terrane_workers_begin, (void* self), {
   const workers = [];
+  // Buffers go to and fro: making new ones would cost more than filling them.
+  const buffers = [];
   Module["terraneWorkers"] = Module["terraneWorkers"] || new Map();
-  Module["terraneWorkers"].set(self, workers);
+  Module["terraneWorkers"].set(self, { workers: workers, buffers: buffers });
   const take = (bytes) => {
     // note: making room may replace HEAPU8.
     const room = _terrane_worker_room(self, bytes.length);
@@ -40,7 +42,8 @@ EM_JS(int, terrane_workers_begin, (void* self), {
       if (workers[index] === null) return;
       if (told["problem"] !== undefined) return fail(index, told["problem"]);
       if (told["bytes"] === undefined) return _terrane_worker_ready(self, index);
-      take(new Uint8Array(told["bytes"]));
+      take(new Uint8Array(told["bytes"], 0, told["size"]));
+      if (buffers.length < 2 * count) buffers.push(told["bytes"]);
       _terrane_worker_answered(self, index, told["serial"]);
     };
     worker.onerror = (event) => {
@@ -53,18 +56,21 @@ EM_JS(int, terrane_workers_begin, (void* self), {
 });
 
 EM_JS(void, terrane_workers_send, (void* self, int worker, uint32_t serial, uint32_t kind, const uint8_t* at, size_t size), {
-  const bytes = HEAPU8.slice(at, at + size).buffer;
-  Module["terraneWorkers"].get(self)[worker].postMessage({ "serial": serial, "kind": kind, "bytes": bytes }, [bytes]);
+  const all = Module["terraneWorkers"].get(self);
+  const fitting = all.buffers.findIndex((buffer) => buffer.byteLength >= size);
+  const bytes = fitting < 0 ? new ArrayBuffer(Math.max(size, 1 << 20)) : all.buffers.splice(fitting, 1)[0];
+  new Uint8Array(bytes).set(HEAPU8.subarray(at, at + size));
+  all.workers[worker].postMessage({ "serial": serial, "kind": kind, "bytes": bytes, "size": size }, [bytes]);
 });
 
 EM_JS(void, terrane_worker_end, (void* self, int worker), {
-  const workers = Module["terraneWorkers"].get(self);
+  const workers = Module["terraneWorkers"].get(self).workers;
   if (workers[worker] !== null) workers[worker].terminate();
   workers[worker] = null;
 });
 
 EM_JS(void, terrane_workers_end, (void* self), {
-  Module["terraneWorkers"].get(self).forEach((worker, index, workers) => {
+  Module["terraneWorkers"].get(self).workers.forEach((worker, index, workers) => {
     if (worker !== null) worker.terminate();
     workers[index] = null;
   });
@@ -112,8 +118,10 @@ void WebWorkers::send() {
     }
     if (idlest < 0) return;
     Sent sent{idlest, waiting_.takeFirst()};
-    const std::vector<uint8_t> order = sent.work->pack();
-    terrane_workers_send(this, idlest, ++lastSerial_, sent.work->kind(), order.data(), order.size());
+    packer_.clear();
+    sent.work->pack(packer_);
+    terrane_workers_send(this, idlest, ++lastSerial_, sent.work->kind(), packer_.bytes().data(),
+                         packer_.bytes().size());
     ++workers_[static_cast<size_t>(idlest)].orders;
     sent_.emplace(lastSerial_, std::move(sent));
   }

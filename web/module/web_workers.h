@@ -57,6 +57,7 @@ class WebWorkers final : public Workers {
   SlicedWorkers waiting_;
   std::map<uint32_t, Sent> sent_;  ///< by serial
   uint32_t lastSerial_ = 0;
+  Packer packer_;
   std::vector<uint8_t> room_;
   std::string trouble_;
 };

@@ -1,6 +1,5 @@
 #include <emscripten.h>
 
-#include <string>
 #include <vector>
 
 #include "terrane/engine/run_order.h"
@@ -11,7 +10,7 @@
 namespace {
 
 std::vector<uint8_t> order;
-std::vector<uint8_t> answer;
+terrane::Packer answer;
 
 }  // namespace
 
@@ -24,19 +23,15 @@ EMSCRIPTEN_KEEPALIVE uint8_t* terrane_order_room(size_t bytes) {
 /// Runs the order that is there. Returns whether it is one; then terrane_answer() is its answer, else, in
 /// UTF-8, why not. Both stay until the next call.
 EMSCRIPTEN_KEEPALIVE bool terrane_run_order(uint32_t kind) {
-  auto made = terrane::runOrder(kind, order);
-  if (made.ok()) {
-    answer = std::move(*made);
-  } else {
-    const std::string& why = made.error().message;
-    answer.assign(why.begin(), why.end());
-  }
-  return made.ok();
+  answer.clear();
+  const terrane::Status done = terrane::runOrder(kind, order, answer);
+  if (!done.ok()) answer.elements(done.error().message.data(), done.error().message.size());
+  return done.ok();
 }
 EMSCRIPTEN_KEEPALIVE const uint8_t* terrane_answer() {
-  return answer.data();
+  return answer.bytes().data();
 }
 EMSCRIPTEN_KEEPALIVE size_t terrane_answer_bytes() {
-  return answer.size();
+  return answer.bytes().size();
 }
 }

@@ -10,7 +10,7 @@ namespace {
 
 struct Runner {
   uint32_t kind;
-  Result<std::vector<uint8_t>> (*run)(std::span<const uint8_t>);
+  Status (*run)(std::span<const uint8_t>, Packer&);
 };
 template <class Order>
 constexpr Runner runnerOf() {
@@ -29,9 +29,9 @@ static_assert(areKindsDifferent());
 
 }  // namespace
 
-Result<std::vector<uint8_t>> runOrder(uint32_t kind, std::span<const uint8_t> order) {
+Status runOrder(uint32_t kind, std::span<const uint8_t> order, Packer& answer) {
   for (const Runner& runner : kRunners)
-    if (runner.kind == kind) return runner.run(order);
+    if (runner.kind == kind) return runner.run(order, answer);
   return makeError("there is no kind of order {}", kind);
 }
 

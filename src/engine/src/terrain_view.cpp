@@ -23,7 +23,10 @@ namespace {
 constexpr size_t kMostPredicted = 400;
 /// What is ahead, and around, is looked at so often.
 constexpr double kPrefetchSeconds = 0.15;
+constexpr double kLeastAheadSeconds = 0.5, kMostAheadSeconds = 1.5;
 constexpr double kAheadChance = 0.5;
+constexpr double kFarAheadSeconds = 3.0;
+constexpr double kFarAheadChance = 0.25;
 constexpr double kAroundChance = 0.1;
 /// Around the camera, behind it too, something coarser will do for the moment after a turn.
 constexpr double kAroundTauFactor = 2.0;
@@ -235,26 +238,35 @@ class TerrainView::State {
     }
     if (!options_.prefetch || nowSeconds < nextPrefetchSeconds_) return;
 
-    // Ahead, where the camera will be when answers come; and around it, for turns.
+    // Ahead, where the camera will be when answers come; farther ahead, so that much can come together; and
+    // where nothing is missing there, around it, for turns.
     nextPrefetchSeconds_ = nowSeconds + kPrefetchSeconds;
     prefetch_.clear();
-    ahead_ = forecast_.ahead(std::clamp(3.0 * stream_.statistics().latencySeconds, 0.3, 1.5));
-    if (ahead_) {
-      for (const TileWish& wish :
-           selectPatches(selection, manifest.frame, manifest.scale, *ahead_, *tiles_).wishes)
-        prefetch_.push_back(wishFor(wish, tau, kAheadChance));
-    }
+    ahead_ = forecast_.ahead(
+        std::clamp(3.0 * stream_.statistics().latencySeconds, kLeastAheadSeconds, kMostAheadSeconds));
+    farAhead_ = forecast_.ahead(kFarAheadSeconds);
+    if (ahead_) prefetchFor(*ahead_, selection, kAheadChance);
+    if (farAhead_) prefetchFor(*farAhead_, selection, kFarAheadChance);
+    if (!prefetch_.empty()) return;
     PatchSelection around = selection;
     around.cull = false;
     around.tolerancePixels *= kAroundTauFactor;
-    for (const TileWish& wish : selectPatches(around, manifest.frame, manifest.scale, camera, *tiles_).wishes)
-      prefetch_.push_back(wishFor(wish, around.tolerancePixels, kAroundChance));
+    prefetchFor(camera, around, kAroundChance);
+  }
+
+  void prefetchFor(const Camera& camera, const PatchSelection& selection, double chance) {
+    const Manifest& manifest = stream_.manifest();
+    for (const TileWish& wish :
+         selectPatches(selection, manifest.frame, manifest.scale, camera, *tiles_).wishes)
+      prefetch_.push_back(wishFor(wish, selection.tolerancePixels, chance));
   }
 
   void addPrefetch(double, std::vector<StreamWish>& wishes) {
     wishes.insert(wishes.end(), prefetch_.begin(), prefetch_.end());
     if (ahead_)
       imagery_->addPrefetch(*ahead_, options_.selection.exaggeration, *tiles_, kAheadChance, wishes);
+    if (farAhead_)
+      imagery_->addPrefetch(*farAhead_, options_.selection.exaggeration, *tiles_, kFarAheadChance, wishes);
   }
 
   void wishForSet(const Camera& camera, const PatchSelection& selection, std::vector<StreamWish>& wishes) {
@@ -292,7 +304,7 @@ class TerrainView::State {
   GatheredSets sets_;
   MorphHistory history_;
   CameraForecast forecast_;
-  std::optional<Camera> ahead_;
+  std::optional<Camera> ahead_, farAhead_;
   std::vector<StreamWish> prefetch_;
   std::vector<TileId> order_ = {TileId{}};  ///< wished tiles, as the last choice had them
   uint64_t frame_ = 0;

@@ -29,17 +29,20 @@ void expectToTravel(const Order& order, std::mt19937& random) {
   std::vector<uint8_t> taken;
   const auto take = [&](const typename Order::Answer& answer) { taken = packedAnswer<Order>(answer); };
   OrderedWork<Order, decltype(take)> work(order, take);
-  const std::vector<uint8_t> sent = work.pack();
-  const auto answer = runOrder(work.kind(), sent);
-  ASSERT_TRUE(answer.ok()) << answer.error().message;
-  ASSERT_TRUE(work.takeAnswer(*answer).ok());
+  Packer sent, answer;
+  work.pack(sent);
+  const Status ran = runOrder(work.kind(), sent.bytes(), answer);
+  ASSERT_TRUE(ran.ok()) << ran.error().message;
+  ASSERT_TRUE(work.takeAnswer(answer.bytes()).ok());
   EXPECT_EQ(taken, truth);
 
   taken.clear();
-  const std::span<const uint8_t> sentBytes = sent, answerBytes = *answer;
+  const std::span<const uint8_t> sentBytes = sent.bytes(), answerBytes = answer.bytes();
   for (size_t i = 0; i < 100; ++i) {
-    EXPECT_FALSE(runOrder(work.kind(), sentBytes.first(i < 50 ? i : random() % sent.size())).ok());
-    EXPECT_FALSE(work.takeAnswer(answerBytes.first(i < 50 ? i : random() % answer->size())).ok());
+    const auto some = [&](size_t size) { return i < 50 ? i : random() % size; };
+    Packer nothing;
+    EXPECT_FALSE(runOrder(work.kind(), sentBytes.first(some(sentBytes.size())), nothing).ok());
+    EXPECT_FALSE(work.takeAnswer(answerBytes.first(some(answerBytes.size()))).ok());
   }
   EXPECT_TRUE(taken.empty());
 }
@@ -74,8 +77,9 @@ TEST(TileOrders, MeshesTravel) {
 }
 
 TEST(TileOrders, WhatIsNoOrderIsAnError) {
-  EXPECT_FALSE(runOrder(0, {}).ok());
-  EXPECT_FALSE(runOrder(12345, {}).ok());
+  Packer nothing;
+  EXPECT_FALSE(runOrder(0, {}, nothing).ok());
+  EXPECT_FALSE(runOrder(12345, {}, nothing).ok());
   // A mesh level without the one that it starts from, and one that there is not.
   std::mt19937 random(23);
   const MadeGround ground(1, someGround(1, random));
@@ -83,7 +87,7 @@ TEST(TileOrders, WhatIsNoOrderIsAnError) {
   for (const int level : {-1, 3, 99}) {
     Packer packer;
     MakeMeshes{{{1, 0, 0}, level, nullptr, {}, {}}, tile}.pack(packer);
-    EXPECT_FALSE(runOrder(MakeMeshes::kKind, packer.take()).ok()) << level;
+    EXPECT_FALSE(runOrder(MakeMeshes::kKind, packer.bytes(), nothing).ok()) << level;
   }
 }
 

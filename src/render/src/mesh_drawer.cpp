@@ -43,14 +43,13 @@ Status MeshDrawer::setCut(const Cut& cut, const Frame& frame, LatticePoint ancho
     const MeshStore::Entry* entry;
   };
   std::vector<Drawn> order;
-  // note: placing one may move others, so all are placed before any is asked for.
-  for (const Patch& patch : cut.patches) {
-    const MeshPlacement at = meshPlacement(lattice, patch.triangle, patch.tile);
-    TERRANE_TRY(meshes.place(patch.tile, at.level, at.index));
-  }
+  order.reserve(cut.patches.size());
+  TileId last{-1, 0, 0};
   for (const Patch& patch : cut.patches) {
     TERRANE_ASSIGN(const ShadingPlace shading, shadingPlace(patch, tiles));
-    used.insert(patch.tile);
+    // note: patches of a tile mostly follow each other.
+    if (!(patch.tile == last)) used.insert(patch.tile);
+    last = patch.tile;
     if (shading.entry->coverage == Coverage::Kind::None) continue;
     const MeshPlacement at = meshPlacement(lattice, patch.triangle, patch.tile);
     TERRANE_ASSIGN(const MeshStore::Entry* entry, meshes.place(patch.tile, at.level, at.index));
@@ -77,6 +76,7 @@ Status MeshDrawer::setCut(const Cut& cut, const Frame& frame, LatticePoint ancho
     order.push_back({dx * dx + dy * dy, entry});
     triangles_ += entry->patch().indexCount / 3;
   }
+  meshes.upload();
   tiles_ = static_cast<int>(used.size());
 
   // Near patches first: what they hide is not shaded.

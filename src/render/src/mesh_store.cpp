@@ -6,9 +6,10 @@ namespace terrane {
 
 namespace {
 
-/// Room at first: half a million triangles. Smallest pieces: a patch of two triangles is not worth less.
-constexpr uint32_t kFirstVertices = 1U << 18;
-constexpr uint32_t kFirstIndices = 1U << 20;
+/// Room at first, 28 MB: what a frame draws several times over, so that what comes back into view is still
+/// there. Smallest pieces: a patch of two triangles is not worth less.
+constexpr uint32_t kFirstVertices = 1U << 20;
+constexpr uint32_t kFirstIndices = 1U << 22;
 constexpr uint32_t kSmallestVertices = 16;
 constexpr uint32_t kSmallestIndices = 32;
 /// Growth ends here, a gigabyte: then the caller draws too much.
@@ -81,12 +82,13 @@ void MeshStore::release(const Entry& entry) {
 }
 
 bool MeshStore::dropOldest() {
-  // All of the oldest frame go: looking for each would cost as much.
+  // All of the oldest quarter of the frames go: looking for each would cost as much.
   uint64_t oldest = frame_;
   for (const auto& [key, entry] : entries_) oldest = std::min(oldest, entry.frame);
   if (oldest == frame_) return false;
+  const uint64_t last = oldest + (frame_ - 1 - oldest) / 4;
   for (auto at = entries_.begin(); at != entries_.end();) {
-    if (at->second.frame != oldest) {
+    if (at->second.frame > last) {
       ++at;
       continue;
     }
@@ -140,17 +142,26 @@ Result<const MeshStore::Entry*> MeshStore::place(TileId id, int level, int index
   }
 
   // Vertices learn their slot, indices count from the buffer's beginning.
-  std::vector<PatchVertex> vertices(meshes.vertices.begin() + patch.firstVertex,
-                                    meshes.vertices.begin() + patch.firstVertex + patch.vertexCount);
-  for (PatchVertex& vertex : vertices) vertex.place |= static_cast<uint32_t>(entry.slot) << kSlotShift;
-  std::vector<uint32_t> indices(patch.indexCount);
-  for (size_t i = 0; i < indices.size(); ++i)
-    indices[i] = entry.firstVertex + meshes.indices[patch.firstIndex + i];
-  vertices_.write(size_t{entry.firstVertex} * sizeof(PatchVertex), vertices.data(),
-                  vertices.size() * sizeof(PatchVertex));
-  indices_.write(size_t{entry.firstIndex} * sizeof(uint32_t), indices.data(),
-                 indices.size() * sizeof(uint32_t));
+  const PatchVertex* vertices = meshes.vertices.data() + patch.firstVertex;
+  newVertices_.insert(newVertices_.end(), vertices, vertices + patch.vertexCount);
+  for (size_t i = newVertices_.size() - patch.vertexCount; i < newVertices_.size(); ++i)
+    newVertices_[i].place |= static_cast<uint32_t>(entry.slot) << kSlotShift;
+  for (uint32_t i = 0; i < patch.indexCount; ++i)
+    newIndices_.push_back(entry.firstVertex + meshes.indices[patch.firstIndex + i]);
+  vertexPieces_.push_back(
+      {size_t{entry.firstVertex} * sizeof(PatchVertex), size_t{patch.vertexCount} * sizeof(PatchVertex)});
+  indexPieces_.push_back(
+      {size_t{entry.firstIndex} * sizeof(uint32_t), size_t{patch.indexCount} * sizeof(uint32_t)});
   return &entries_.emplace(key, std::move(entry)).first->second;
+}
+
+void MeshStore::upload() {
+  vertices_.write(vertexPieces_, newVertices_.data());
+  indices_.write(indexPieces_, newIndices_.data());
+  newVertices_.clear();
+  newIndices_.clear();
+  vertexPieces_.clear();
+  indexPieces_.clear();
 }
 
 }  // namespace terrane

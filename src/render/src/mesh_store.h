@@ -46,9 +46,11 @@ class MeshStore {
 
   /// The next frame begins: what it places stays until it ends.
   void beginFrame() { ++frame_; }
-  /// Brings a patch's mesh to the GPU, if it is not there. Its place is valid until the next call. Fails
-  /// where there is no such mesh, or no room even without what this frame does not draw.
+  /// Gives a patch's mesh a place on the GPU, if it has none. The place stays for this frame. Fails where
+  /// there is no such mesh, or no room even without what this frame does not draw.
   Result<const Entry*> place(TileId id, int level, int index);
+  /// Brings what place() found new to the GPU. Before drawing.
+  void upload();
 
   int highestSlot() const { return slots_.highest(); }
   /// Draws from these; attributes of mesh.vert.
@@ -75,6 +77,7 @@ class MeshStore {
   Status makeBuffers();
   /// Room in one of the buffers; drops what other frames drew, then grows.
   Result<uint32_t> takeRoom(BuddyAllocator& places, uint32_t units);
+  /// Drops what was not drawn for longest, some of it at least; false where all is drawn now.
   bool dropOldest();
   void releaseAll(TileId id, const MeshLevel& meshes);
   void release(const Entry& entry);
@@ -88,6 +91,11 @@ class MeshStore {
   gpu::KeptBuffer vertices_;
   gpu::KeptBuffer indices_;
   gpu::VertexArray vertexArray_;
+  // What is to be uploaded.
+  std::vector<PatchVertex> newVertices_;
+  std::vector<uint32_t> newIndices_;
+  std::vector<gpu::KeptBuffer::Piece> vertexPieces_;
+  std::vector<gpu::KeptBuffer::Piece> indexPieces_;
   uint64_t frame_ = 0;
 };
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "terrane/codec/elevation_codec.h"
@@ -86,21 +87,21 @@ void expectToTravel(const Order& order) {
     expectSame(answer, order.run());
   };
   OrderedWork<Order, decltype(take)> work(order, take);
-  const std::vector<uint8_t> sent = work.pack();
-  const auto answer = runPacked<Order>(sent);
-  ASSERT_TRUE(answer.ok()) << answer.error().message;
-  ASSERT_TRUE(work.takeAnswer(*answer).ok());
+  Packer sent, answer;
+  work.pack(sent);
+  const Status ran = runPacked<Order>(sent.bytes(), answer);
+  ASSERT_TRUE(ran.ok()) << ran.error().message;
+  ASSERT_TRUE(work.takeAnswer(answer.bytes()).ok());
   EXPECT_TRUE(isTaken);
 
   isTaken = false;
   std::mt19937 random(5);
-  for (int i = 0; i < 300; ++i) {
-    const size_t sentBytes =
-        i < 100 ? std::min<size_t>(static_cast<size_t>(i), sent.size() - 1) : random() % sent.size();
-    const size_t answerBytes =
-        i < 100 ? std::min<size_t>(static_cast<size_t>(i), answer->size() - 1) : random() % answer->size();
-    EXPECT_FALSE(runPacked<Order>(std::span(sent).first(sentBytes)).ok()) << sentBytes;
-    EXPECT_FALSE(work.takeAnswer(std::span(*answer).first(answerBytes)).ok()) << answerBytes;
+  const std::span<const uint8_t> sentBytes = sent.bytes(), answerBytes = answer.bytes();
+  for (size_t i = 0; i < 300; ++i) {
+    const auto some = [&](size_t size) { return i < 100 ? std::min(i, size - 1) : random() % size; };
+    Packer nothing;
+    EXPECT_FALSE(runPacked<Order>(sentBytes.first(some(sentBytes.size())), nothing).ok());
+    EXPECT_FALSE(work.takeAnswer(answerBytes.first(some(answerBytes.size()))).ok());
   }
   EXPECT_FALSE(isTaken);
 }

@@ -63,17 +63,20 @@ TEST(Work, TravelsAsBytes) {
   const auto take = [&taken](int answer) { taken = answer; };
   OrderedWork work(Double{21}, take);
   EXPECT_EQ(work.kind(), 1000U);
-  std::vector<uint8_t> order = work.pack();
-  const auto answer = runPacked<Double>(order);
-  ASSERT_TRUE(answer.ok()) << answer.error().message;
-  ASSERT_TRUE(work.takeAnswer(*answer).ok());
+  Packer order, answer;
+  work.pack(order);
+  const Status ran = runPacked<Double>(order.bytes(), answer);
+  ASSERT_TRUE(ran.ok()) << ran.error().message;
+  ASSERT_TRUE(work.takeAnswer(answer.bytes()).ok());
   EXPECT_EQ(taken, 42);
 
   // Bytes that are none do nothing.
   taken = 0;
-  order.push_back(0);
-  EXPECT_FALSE(runPacked<Double>(order).ok());
-  EXPECT_FALSE(work.takeAnswer(order).ok());
+  order.value<uint8_t>(0);
+  answer.clear();
+  EXPECT_FALSE(runPacked<Double>(order.bytes(), answer).ok());
+  EXPECT_TRUE(answer.bytes().empty());
+  EXPECT_FALSE(work.takeAnswer(order.bytes()).ok());
   EXPECT_FALSE(work.takeAnswer({}).ok());
   EXPECT_EQ(taken, 0);
 }

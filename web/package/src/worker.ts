@@ -1,7 +1,7 @@
 /**
- * The script of a Web Worker that decodes for the engine, in a memory of its own: orders come and answers go as
- * `{ serial, kind, bytes }` and `{ serial, bytes }`, buffers handed over whole. It first says `{}`: ready; and
- * `{ problem }` where it can do no more.
+ * The script of a Web Worker that decodes for the engine, in a memory of its own. Orders come as `{ serial, kind, bytes, size }`,
+ * answers go as `{ serial, bytes, size }`: the first `size` of a buffer that is handed over, and back with the answer if that
+ * fits into it. It first says `{}`: ready; and `{ problem }` where it can do no more.
  *
  * The browser's tests run this file as it is: it is JavaScript, too.
  */
@@ -12,15 +12,16 @@ const scope = globalThis;
 makeWorkerModule().then(
   (module) => {
     scope.onmessage = (event) => {
-      const { serial, kind, bytes } = event.data;
-      const order = new Uint8Array(bytes);
-      const room = module._terrane_order_room(order.length);
-      module.HEAPU8.set(order, room);
+      const { serial, kind, bytes, size } = event.data;
+      const room = module._terrane_order_room(size);
+      module.HEAPU8.set(new Uint8Array(bytes, 0, size), room);
       const isAnswered = module._terrane_run_order(kind);
       const at = module._terrane_answer();
-      const answer = module.HEAPU8.slice(at, at + module._terrane_answer_bytes());
-      if (isAnswered) scope.postMessage({ serial, bytes: answer.buffer }, { transfer: [answer.buffer] });
-      else scope.postMessage({ problem: new TextDecoder().decode(answer) });
+      const answer = module.HEAPU8.subarray(at, at + module._terrane_answer_bytes());
+      if (!isAnswered) return scope.postMessage({ problem: new TextDecoder().decode(answer) });
+      const back = answer.length <= bytes.byteLength ? bytes : new ArrayBuffer(answer.length);
+      new Uint8Array(back).set(answer);
+      scope.postMessage({ serial, bytes: back, size: answer.length }, { transfer: [back] });
     };
     scope.postMessage({});
   },

@@ -38,7 +38,10 @@ class Packer {
     elements(words.data(), words.size());
   }
   void reserve(size_t bytes) { bytes_.reserve(bytes_.size() + bytes); }
+  const std::vector<uint8_t>& bytes() const { return bytes_; }
   std::vector<uint8_t> take() { return std::move(bytes_); }
+  /// Begins anew, in the same memory.
+  void clear() { bytes_.clear(); }
 
  private:
   void append(const void* from, size_t size) {

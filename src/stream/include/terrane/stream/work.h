@@ -31,7 +31,7 @@ class Work {
   virtual void run() = 0;
   /// The order's type, and the order, for runOrder() elsewhere.
   virtual uint32_t kind() const = 0;
-  virtual std::vector<uint8_t> pack() const = 0;
+  virtual void pack(Packer& packer) const = 0;
   /// Gives away an answer that was made elsewhere. Error: the bytes are none, and nothing was given away.
   virtual Status takeAnswer(std::span<const uint8_t> bytes) = 0;
 };
@@ -43,11 +43,7 @@ class OrderedWork final : public Work {
   OrderedWork(Order order, Take take) : order_(std::move(order)), take_(std::move(take)) {}
   void run() override { take_(order_.run()); }
   uint32_t kind() const override { return Order::kKind; }
-  std::vector<uint8_t> pack() const override {
-    Packer packer;
-    order_.pack(packer);
-    return packer.take();
-  }
+  void pack(Packer& packer) const override { order_.pack(packer); }
   Status takeAnswer(std::span<const uint8_t> bytes) override {
     Unpacker unpacker(bytes);
     typename Order::Answer answer = Order::unpackAnswer(unpacker);
@@ -61,15 +57,15 @@ class OrderedWork final : public Work {
   Take take_;
 };
 
-/// Runs an order of that type that came as bytes; gives the answer as bytes. Error: the bytes are no order.
+/// Runs an order of that type that came as bytes and packs the answer. Error: the bytes are no order; then
+/// nothing is packed.
 template <class Order>
-Result<std::vector<uint8_t>> runPacked(std::span<const uint8_t> bytes) {
+Status runPacked(std::span<const uint8_t> bytes, Packer& answer) {
   Unpacker unpacker(bytes);
   const Order order = Order::unpack(unpacker);
   TERRANE_TRY(unpacker.status());
-  Packer packer;
-  Order::packAnswer(packer, order.run());
-  return packer.take();
+  Order::packAnswer(answer, order.run());
+  return {};
 }
 
 }  // namespace terrane
