@@ -196,6 +196,18 @@ fails 1 'does not exist.*terrane build' "$terrane" render nosuch.terrane -o a.pn
 fails 1 'nothing to write' "${draw[@]}"
 fails 1 'there.png.*--overwrite' "${draw[@]}" -o there.png
 fails 1 'a.png' "${draw[@]}" -o nowhere/a.png
+echo '{"type": "LineString", "coordinates": [[1, 2], ["x", 3]]}' > words.geojson
+echo '{"type": "Feature", "properties": {"stroke": "red"}, "geometry": null}' > red.geojson
+echo '{"type": "Topology"}' > topology.geojson
+echo 'LINESTRING (1 2, 3 4)' > wkt.geojson
+fails 1 'nosuch.geojson.*does it exist' "${draw[@]}" -o a.png --lines nosuch.geojson
+fails 1 'words.geojson.*easting, northing' "${draw[@]}" -o a.png --lines words.geojson
+fails 1 'red.geojson.*stroke.*#d03020' "${draw[@]}" -o a.png --lines red.geojson
+fails 1 "topology.geojson.*not type 'Topology'" "${draw[@]}" -o a.png --lines topology.geojson
+fails 1 'wkt.geojson.*is no JSON' "${draw[@]}" -o a.png --lines wkt.geojson
+printf 'vec3 apply(Ground ground) {\n  return oops;\n}\n' > wrong.glsl
+fails 1 'oops' "${draw[@]}" -o a.png --pass wrong.glsl
+fails 1 'nosuch.glsl.*does it exist' "${draw[@]}" -o a.png --pass nosuch.glsl
 fails 1 'size.*WIDTHxHEIGHT' "$terrane" render good.terrane --size huge -o a.png
 fails 1 '2\^k' "${draw[@]}" -o a.png --k 16
 fails 2 'tau' "${draw[@]}" -o a.png --tau 0

@@ -5,6 +5,8 @@
 #include "made_picture.h"
 #include "terrane/bake/build.h"
 #include "terrane/engine/terrain.h"
+#include "terrane/engine/terrain_view.h"
+#include "terrane/stream/simulated_line.h"
 
 /// From pictures to pictures: what colour a place on the ground has in a picture of it.
 namespace terrane {
@@ -151,6 +153,72 @@ TEST_P(ImageryJourney, LayersLieInOrderAndMayBeLeftOut) {
   EXPECT_EQ(colorOver(right), bare);
   EXPECT_EQ(terrain->report().imageryTiles, 0);
   EXPECT_NE(terrain->showImagery({"sea"}).error().message.find("no imagery layer 'sea'"), std::string::npos);
+}
+
+/// The same while it streams: whatever is switched, the picture becomes that of the layers that are left.
+TEST_P(ImageryJourney, LayersOfAStreamingViewAreSwitchedInFlight) {
+  MadePicture whole;
+  whole.width = 50;
+  whole.height = 40;
+  whole.geoTransform = {500000.0, 10.0, 0.0, 5000000.0, 0.0, -10.0};
+  MadePicture part;
+  part.width = 200;
+  part.height = 300;
+  open({layer("land", whole, 1e6), layer("photo", part, 40.0)});
+  auto context = gpu::Context::createHeadless(
+      {.api = GetParam() ? gpu::Api::OpenGlEs : gpu::Api::OpenGl, .forceSoftware = true});
+  ASSERT_TRUE(context.ok());
+  auto renderer = TerrainRenderer::create(**context);
+  ASSERT_TRUE(renderer.ok());
+  const auto workers = makeInlineWorkers();
+  TerrainView view(std::make_unique<SimulatedLine>(folder_ / "made.terrane", LineModel{}, LineFaults{}),
+                   *workers, renderer->get());
+  double now = 0.0;
+  const Camera camera = lookAt({200, -150, 1000}, {200, -149, 300}, 0.5, 200, 160);
+  const auto settle = [&](const Camera& at) {
+    do ASSERT_TRUE(view.update(at, now += 1.0 / 60.0).ok());
+    while (!view.isSettled() && now < 200.0);
+    ASSERT_TRUE(view.isSettled());
+  };
+  const auto colorOver = [&](glm::dvec3 place) {
+    const auto picture = (*renderer)->drawPicture(view.cut(), view.manifest().frame, camera, bareStyle());
+    EXPECT_TRUE(picture.ok());
+    const glm::dvec2 pixel = camera.pixelFromLocal(place);
+    const auto at =
+        static_cast<size_t>(4) * (static_cast<size_t>(pixel.y) * 200 + static_cast<size_t>(pixel.x));
+    return std::array<int, 3>{picture->rgba[at], picture->rgba[at + 1], picture->rgba[at + 2]};
+  };
+  const auto expectNear = [](std::array<int, 3> a, std::array<int, 3> b) {
+    for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 12);
+  };
+  const glm::dvec3 left{140.0, -140.0, kHeight}, right{300.0, -140.0, kHeight};
+  // Known or not, before the view is Ready a name is taken.
+  EXPECT_TRUE(view.setImageryLayers({"photo", "land"}).ok());
+  settle(camera);
+  expectNear(colorOver(left), colorAt(140.0, 140.0, 40.0));
+  expectNear(colorOver(right), colorAt(300.0, 140.0, 1e6));
+  ASSERT_TRUE(view.setImageryLayers({"land"}).ok());
+  EXPECT_FALSE(view.isSettled());
+  // Nothing flickers meanwhile: the old picture stays until the new one is there.
+  expectNear(colorOver(left), colorAt(140.0, 140.0, 40.0));
+  settle(camera);
+  expectNear(colorOver(left), colorAt(140.0, 140.0, 1e6));
+  ASSERT_TRUE(view.setImageryLayers({"photo"}).ok());
+  settle(camera);
+  expectNear(colorOver(left), colorAt(140.0, 140.0, 40.0));
+  const auto bare = colorOver(right);
+  ASSERT_TRUE(view.setImageryLayers({}).ok());
+  settle(camera);
+  EXPECT_EQ(colorOver(right), bare);
+  EXPECT_EQ(view.report().imageryOnGpu, 0U);
+  EXPECT_FALSE(view.setImageryLayers({"sea"}).ok());
+  // Switched while another part of the ground is seen: nothing old comes into sight.
+  ASSERT_TRUE(view.setImageryLayers({"land", "photo"}).ok());
+  settle(camera);
+  ASSERT_TRUE(view.setImageryLayers({"land"}).ok());
+  settle(lookAt({200, -150, 1000}, {8000, -4000, 5000}, 0.5, 200, 160));
+  settle(camera);
+  expectNear(colorOver(left), colorAt(140.0, 140.0, 1e6));
 }
 
 INSTANTIATE_TEST_SUITE_P(Dialects, ImageryJourney, ::testing::Bool());

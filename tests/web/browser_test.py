@@ -10,6 +10,7 @@ differ by rounding alone.
 import collections
 import http.server
 import json
+import math
 import pathlib
 import shutil
 import struct
@@ -22,6 +23,22 @@ import zlib
 WIDTH, HEIGHT = 640, 400
 # How many workers there are; "broken": two that never come to life; "dying": two that die at their work.
 WAYS = (("patches", "2"), ("meshes", "2"), ("meshes", "0"), ("meshes", "dying"), ("patches", "broken"))
+# What of them have lines on the ground, and a pass that draws contour lines over it.
+STAGED_WAYS = (("patches", "2"), ("meshes", "0"))
+MIDDLE = (500000, 6700000)  # of the ground
+LINES = [  # corners, colour, opacity, width, 1 for metres
+    ([[MIDDLE[0] + 2000 * math.cos(i / 20), MIDDLE[1] + 2000 * math.sin(i / 20)] for i in range(126)], (208, 48, 32), 1, 4, 0),
+    ([[MIDDLE[0] - 4000 + 80 * i, MIDDLE[1] + 2500 - 50 * i] for i in range(101)], (0, 96, 255), 0.5, 120, 1),
+    ([[MIDDLE[0], MIDDLE[1]]], (255, 255, 255), 1, 15, 0)]
+PASS = """vec3 apply(Ground ground) {
+  if (!ground.isGround) return ground.color;
+  float at = ground.place.z / 100.0;
+  float perPixel = max(fwidth(at), 1e-6);
+  float pixels = abs(fract(at - 0.5) - 0.5) / perPixel;
+  float share = clamp(1.2 - pixels, 0.0, 1.0) * clamp(1.0 - 2.0 * perPixel, 0.0, 1.0);
+  return mix(ground.color, vec3(0.12, 0.03, 0.0), share);
+}
+"""
 EYE, TARGET, FOV = (495500, 6695500, 2300), (500300, 6700800, 700), 50
 TAU, SAMPLES = 1, 4
 PATIENCE_SECONDS = 180
@@ -107,7 +124,8 @@ class PageServer(http.server.ThreadingHTTPServer):
 
 
 class PageHandler(http.server.BaseHTTPRequestHandler):
-    TYPES = {".html": "text/html", ".mjs": "text/javascript", ".ts": "text/javascript", ".wasm": "application/wasm"}
+    TYPES = {".html": "text/html", ".mjs": "text/javascript", ".ts": "text/javascript", ".wasm": "application/wasm",
+             ".json": "application/json"}
 
     def do_GET(self):
         path = self.server.files.get(self.path.split("?")[0])
@@ -141,21 +159,56 @@ def main(terrane, module, work):
     work.mkdir(parents=True, exist_ok=True)
     dataset = make_dataset(terrane, work)
     for surface, workers in WAYS:
-        compare(terrane, module, work, dataset, surface, workers)
+        compare(terrane, module, work, dataset, surface, workers, False)
+    for surface, workers in STAGED_WAYS:
+        compare(terrane, module, work, dataset, surface, workers, True)
 
 
-def compare(terrane, module, work, dataset, surface, workers):
+def write_stages(work):
+    """What `terrane render` is told of lines and pass, and what the page is."""
+    features = [{"type": "Feature", "geometry": {"type": "LineString" if len(corners) > 1 else "Point",
+                                                 "coordinates": corners if len(corners) > 1 else corners[0]},
+                 "properties": {"stroke": "#%02x%02x%02x" % color, "stroke-opacity": opacity,
+                                "stroke-meters" if meters else "stroke-width": width}}
+                for corners, color, opacity, width, meters in LINES]
+    (work / "lines.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    (work / "contours.glsl").write_text(PASS)
+    page = {"corners": [number for line in LINES for corner in line[0] for number in corner],
+            "lines": [number for corners, color, opacity, width, meters in LINES
+                      for number in (len(corners), *(part / 255 for part in color), opacity, width, meters)],
+            "pass": PASS, "origin": [*MIDDLE, 0]}
+    return ["--lines", work / "lines.geojson", "--pass", work / "contours.glsl"], json.dumps(page).encode()
+
+
+def check_answers(report):
+    """What the page says of the ground under the picture's middle fits together."""
+    picked, profile = report["picked"], report["profile"]
+    assert abs(picked["elevation"] - picked["height"]) < 1e-3 and 0 < picked["error"] < 30, picked
+    eye_to_ground = math.dist(EYE, (picked["east"], picked["north"], picked["height"]))
+    assert abs(eye_to_ground - picked["distance"]) < 1e-3, picked
+    assert profile["count"] == 11 and abs(profile["length"] - 1000) < 1e-6, profile
+    assert abs(profile["middle"] - picked["height"]) < 1e-3, profile
+    # What is under a pixel is seen from the eye.
+    assert report["sight"][0] == 1 and report["sight"][1] > -0.01, report["sight"]
+    assert "terraneFlight" in report["flightTrouble"] and report["flightWords"] == "" and report["flightSeconds"] == 4, report
+    assert math.dist(EYE, report["flightEye"]) < 1e-6, report["flightEye"]
+
+
+def compare(terrane, module, work, dataset, surface, workers, is_staged):
     """Draws one way in the browser and natively, and ends the program where the pictures are not the same."""
     points = [",".join(map(str, point)) for point in (EYE, TARGET)]
-    native_path, browser_path = work / f"native_{surface}.png", work / f"browser_{surface}_{workers}.png"
+    kind = f"{surface}_lined" if is_staged else surface
+    native_path, browser_path = work / f"native_{kind}.png", work / f"browser_{kind}_{workers}.png"
+    options, told_stages = write_stages(work) if is_staged else ([], b"null")
+    (work / "stages.json").write_bytes(told_stages)
     subprocess.run([terrane, "render", dataset, "-o", native_path, "--overwrite", "-q", "--gles", "--software",
                     "--surface", surface, "--size", f"{WIDTH}x{HEIGHT}", "--eye", points[0], "--look-at", points[1],
-                    "--fov", str(FOV), "--tau", str(TAU), "--samples", str(SAMPLES)], check=True)
+                    "--fov", str(FOV), "--tau", str(TAU), "--samples", str(SAMPLES), *options], check=True)
 
     here = pathlib.Path(__file__).parent
     # note: the worker's script is written so that it is JavaScript, too.
     script = here.parent.parent / "web" / "package" / "src" / "worker.ts"
-    pages = PageServer({"/page.html": here / "page.html", "/worker.js": script,
+    pages = PageServer({"/page.html": here / "page.html", "/worker.js": script, "/stages.json": work / "stages.json",
                         **{f"/{name}": module / name for name in MODULE_FILES}})
     serving = subprocess.Popen([terrane, "serve", dataset, "--cors", "--port", "0", "-q"], stdout=subprocess.PIPE,
                                text=True)
@@ -182,6 +235,7 @@ def compare(terrane, module, work, dataset, surface, workers):
         sys.exit("the page says: " + told["problem"].decode())
     report = json.loads(told["report"])
     print(json.dumps(report, indent=2))
+    check_answers(report)
     write_png(browser_path, told["picture"])
     width, height, native = read_png(native_path)
     assert (width, height) == (WIDTH, HEIGHT) and len(told["picture"]) == len(native)

@@ -72,5 +72,18 @@ EMSCRIPTEN_BINDINGS(terrane) {
       .function("redraw", &WebView::redraw)
       .function("report", &WebView::report)
       .function("tilesByLevel", &WebView::tilesByLevel)
-      .function("readPicture", &WebView::readPicture);
+      .function("readPicture", &WebView::readPicture)
+      .function("setImageryLayers", &WebView::setImageryLayers)
+      .function("elevationAt", &WebView::elevationAt)
+      .function("elevationErrorAt", &WebView::elevationErrorAt)
+      .function("pick", &WebView::pick)
+      .function("profile", &WebView::profile)
+      .function("lineOfSight", &WebView::lineOfSight)
+      .function("setLines", &WebView::setLines)
+      .function("setPass", &WebView::setPass)
+      .function("removePass", &WebView::removePass)
+      .function("setPassUniform", &WebView::setPassUniform)
+      .function("loadFlight", &WebView::loadFlight)
+      .function("flightSeconds", &WebView::flightSeconds)
+      .function("flightCamera", &WebView::flightCamera);
 }

@@ -76,7 +76,8 @@ WebView::WebView(emscripten::val canvas, const std::string& url, const WebLimits
 
 std::string WebView::trouble() const {
   if (!view_) return {};
-  return view_->problem().empty() ? workers_.trouble() : view_->problem();
+  if (!view_->problem().empty()) return view_->problem();
+  return workers_.trouble().empty() ? stageTrouble_ : workers_.trouble();
 }
 
 std::string WebView::datasetJson() const {
@@ -121,6 +122,19 @@ void WebView::setSize(int width, int height) {
   height_ = height;
 }
 
+void WebView::setImageryLayers(const std::string& names) {
+  if (!view_) return;
+  std::vector<std::string> out;
+  for (size_t begin = 0; begin < names.size();) {
+    const size_t end = std::min(names.find('/', begin), names.size());
+    if (end > begin) out.push_back(names.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  // note: one that the dataset does not have is the page's mistake, and no reason to show none.
+  if (!view_->setImageryLayers(out).ok()) return;
+  view_->requestRender();
+}
+
 void WebView::setStyle(const WebStyle& style) {
   if (!view_) return;
   style_ = style;
@@ -150,6 +164,7 @@ bool WebView::frame(double nowSeconds) {
   else if (!frozen_ && isReady())
     frozen_ = seen;
   if (frozen_) view_->requestRender();
+  giveStages();
   auto changed = view_->update(frozen_.value_or(seen), nowSeconds);
   if (!changed.ok()) {
     fail(changed.error());
@@ -259,6 +274,10 @@ emscripten::val WebView::tilesByLevel() {
       numbers_[level] += 1.0;
     }
   }
+  return numbers();
+}
+
+emscripten::val WebView::numbers() const {
   return emscripten::val(emscripten::typed_memory_view(numbers_.size(), numbers_.data()));
 }
 

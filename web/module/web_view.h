@@ -9,6 +9,7 @@
 
 #include "terrane/engine/terrain_view.h"
 #include "terrane/render/terrain_renderer.h"
+#include "terrane/tiling/flight.h"
 #include "web_workers.h"
 
 namespace terrane {
@@ -88,6 +89,7 @@ class WebView {
   std::string datasetJson() const;
 
   void setSize(int width, int height);
+  void setImageryLayers(const std::string& names);
   void setStyle(const WebStyle& style);
   void setCamera(double eyeEast, double eyeNorth, double eyeHeight, double targetEast, double targetNorth,
                  double targetHeight, double fovyDegrees);
@@ -98,17 +100,51 @@ class WebView {
   emscripten::val tilesByLevel();
   emscripten::val readPicture();
 
+  // Questions about the ground that is here: web_ground.cpp.
+  double elevationAt(double easting, double northing) const;
+  double elevationErrorAt(double easting, double northing) const;
+  emscripten::val pick(double x, double y);
+  emscripten::val profile(const emscripten::val& corners, double count);
+  emscripten::val lineOfSight(double fromEast, double fromNorth, double fromAboveGround, double toEast,
+                              double toNorth, double toAboveGround);
+
+  // Lines on the ground, and stages of the page's own: web_stages.cpp.
+  void setLines(const emscripten::val& corners, const emscripten::val& lines);
+  std::string setPass(const std::string& name, const std::string& fragment, double originEast,
+                      double originNorth, double originHeight);
+  void removePass(const std::string& name);
+  void setPassUniform(const std::string& name, const std::string& uniform, const emscripten::val& values);
+
+  // Flights over it: web_flight.cpp.
+  std::string loadFlight(const std::string& json);
+  double flightSeconds() const;
+  emscripten::val flightCamera(double seconds);
+
  private:
   struct WantedCamera {
     glm::dvec3 eyeCrs;
     glm::dvec3 targetCrs;
     double fovyRadians = 0.0;
   };
+  /// A line as the page has it.
+  struct WantedLine {
+    std::vector<glm::dvec2> cornersCrs;
+    GroundLine line;  ///< without corners
+  };
+  struct WantedPass {
+    std::string name;
+    std::string fragment;
+    glm::dvec3 originCrs;
+  };
 
   void fail(const Error& error) { problem_ = error.message; }
   Camera camera() const;
   RenderStyle renderStyle() const;
   Status draw(const Camera& camera);
+  std::string givePass(const WantedPass& pass);
+  void giveStages();
+  glm::dvec2 sampleOf(double easting, double northing) const;
+  emscripten::val numbers() const;
 
   std::string problem_;
   WebStyle style_;
@@ -123,6 +159,11 @@ class WebView {
   std::optional<gpu::Framebuffer> picture_;
   DrawStatistics drawn_;
   std::vector<uint8_t> pixels_;
+  std::vector<WantedLine> lines_;   ///< that wait for the dataset's frame
+  std::vector<WantedPass> passes_;  ///< the same
+  bool hasNewLines_ = false;
+  std::string stageTrouble_;  ///< what went wrong with the lines
+  std::optional<FittedFlight> flight_;
   std::vector<double> numbers_;  ///< what the last question was answered with
 };
 

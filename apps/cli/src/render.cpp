@@ -6,10 +6,12 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <sstream>
 
 #include "commands.h"
 #include "common.h"
 #include "frame_sink.h"
+#include "ground_lines.h"
 #include "picture_options.h"
 #include "terrane/bake/position_raster.h"
 #include "terrane/base/format_number.h"
@@ -41,6 +43,8 @@ struct RenderOptions {
   std::string mode = "shaded", outline = "none", cull = "on", morph = "on", metric = "full";
   std::string water = "auto", palette = "auto";
   std::vector<std::string> imagery;
+  std::string lines;
+  std::vector<std::string> passes;
   int patchSamples = 17;
   bool overwrite = false;
   TerrainOptions terrain;
@@ -143,10 +147,29 @@ class RenderCommand {
         return makeError("--water {}: expected a height in metres, auto or off", options_.water);
       options_.style.waterLevelMeters = level;
     }
+    TERRANE_TRY(addStages());
     if (!options_.flight.empty()) return renderFlight();
 
     TERRANE_ASSIGN(const Camera camera, stillCamera());
     return renderStill(camera);
+  }
+
+  /// Lines on the ground, and the caller's own passes: --lines, --pass.
+  Status addStages() {
+    if (!options_.lines.empty()) {
+      TERRANE_ASSIGN(const auto lines, readGroundLines(options_.lines, terrain_->dataset().manifest().frame));
+      TERRANE_TRY(terrain_->setLines(lines));
+    }
+    // Places count from the middle of the ground, at height 0, as they do in pages.
+    const GroundBox box = terrain_->groundBox();
+    const glm::dvec3 origin(0.5 * (box.low.x + box.high.x), 0.5 * (box.low.y + box.high.y), 0.0);
+    for (const std::string& path : options_.passes) {
+      std::ifstream file(path, std::ios::binary);
+      std::ostringstream text;
+      if (!file || !(text << file.rdbuf())) return makeError("{}: cannot be read; does it exist?", path);
+      TERRANE_TRY(terrain_->setPass(path, text.str(), origin));
+    }
+    return {};
   }
 
   glm::dvec3 exaggerated(glm::dvec3 local) const {
@@ -312,6 +335,7 @@ constexpr const char* kExamples =
     "  terrane render alps.terrane -o frozen.png --look-from above --freeze-at E,N,H/E,N,H --outline "
     "patches\n"
     "  terrane render alps.terrane -o where.png --position where.tif --stats where.json\n"
+    "  terrane render alps.terrane -o tour.png --lines tour.geojson\n"
     "  terrane render alps.terrane -o flight.mp4 --flight bench/flights/valley.json\n"
     "  terrane render alps.terrane -o frame_%05d.png --flight bench/flights/valley.json --fps 10";
 
@@ -390,6 +414,12 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
   command->add_option("--palette", options->palette, "colours of the shaded mode")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "land", "grey"}));
+  command->add_option("--lines", options->lines,
+                      "GeoJSON in the dataset's CRS: lines that lie on the ground (stroke, stroke-opacity, "
+                      "stroke-width, stroke-meters)");
+  command->add_option("--pass", options->passes,
+                      "GLSL of a stage over the picture: vec3 apply(Ground ground) (docs/architecture.md); "
+                      "several run in their order");
   command->add_option("--cull", options->cull, "leave out what is outside the frustum")
       ->capture_default_str()
       ->check(CLI::IsMember({"on", "off"}));

@@ -30,8 +30,10 @@ Result<StreamFlightReport> flyStream(const std::string& dataset,
                                      const std::function<Camera(double seconds)>& cameraAt,
                                      const StreamTruth* truth, gpu::Context* context,
                                      const StreamFlightOptions& options, Progress& progress) {
-  auto line = std::make_unique<SimulatedLine>(dataset, options.line);
-  SimulatedLine& wire = *line;
+  auto simulated = std::make_unique<SimulatedLine>(dataset, options.line);
+  SimulatedLine& wire = *simulated;
+  std::unique_ptr<Transport> line = std::move(simulated);
+  if (options.wrapLine) line = options.wrapLine(std::move(line));
   const std::unique_ptr<Workers> workers = makeInlineWorkers();
   std::unique_ptr<TerrainRenderer> renderer;
   if (options.draw) {

@@ -23,25 +23,36 @@ struct CellHeights {
     return u + v <= 1.0 ? h[0] + u * (h[1] - h[0]) + v * (h[2] - h[0])
                         : h[3] + (1.0 - u) * (h[2] - h[3]) + (1.0 - v) * (h[1] - h[3]);
   }
+  /// Positive and negative on either side of the diagonal.
+  double besideDiagonal(glm::dvec2 p) const { return evenDiagonal ? p.x - p.y : p.x + p.y - 1.0; }
 };
 
-/// The heights of cell (col, row), or nothing where one of its corners is void.
-inline std::optional<CellHeights> cellHeights(const TileSamples& samples, int col, int row) {
+/// Which cells are ground.
+enum class CellGround : uint8_t {
+  Corners,   ///< those whose four corners are: right where no finer tile is stored
+  Coverage,  ///< those that are drawn: mostly ground, as far as finer tiles know
+};
+
+/// The heights of cell (col, row), or nothing where it is not ground.
+inline std::optional<CellHeights> cellHeights(const TileSamples& samples, int col, int row,
+                                              CellGround ground = CellGround::Corners) {
+  if (ground == CellGround::Coverage && !samples.coverage.covered(col, row)) return {};
   CellHeights cell;
   cell.evenDiagonal = (col + row) % 2 == 0;
   for (int corner = 0; corner < 4; ++corner) {
     const auto at = static_cast<size_t>((row + (corner >> 1)) * kTileSamples + col + (corner & 1));
-    if (samples.states[at] == SampleState::Void) return {};
+    if (ground == CellGround::Corners && samples.states[at] == SampleState::Void) return {};
     cell.corners[static_cast<size_t>(corner)] = static_cast<double>(samples.heights[at]);
   }
   return cell;
 }
 
 /// The height at a place in the tile's cells, [0, 256] both ways, or nothing where there is no ground.
-inline std::optional<double> heightInTile(const TileSamples& samples, glm::dvec2 place) {
+inline std::optional<double> heightInTile(const TileSamples& samples, glm::dvec2 place,
+                                          CellGround ground = CellGround::Corners) {
   const int col = std::clamp(static_cast<int>(place.x), 0, kTileCells - 1);
   const int row = std::clamp(static_cast<int>(place.y), 0, kTileCells - 1);
-  const auto cell = cellHeights(samples, col, row);
+  const auto cell = cellHeights(samples, col, row, ground);
   if (!cell) return {};
   return cell->at(place.x - col, place.y - row);
 }

@@ -52,14 +52,11 @@ class Choice {
 
   bool add(TileId id, Range range, std::vector<ImageryNeed>& out) {
     if (out.size() >= most_) return false;
-    const Box box = boxOf(id, range);
-    const double texelMeters = (box.high.x - box.low.x) / kImageryTileSide;
-    const double distance = std::max(distanceTo(box, view_.camera.eyeLocal), 1e-3);
-    const double texel = texelMeters * view_.camera.pixelsPerTangent() / distance;
+    const double texel = texelPixelsOf(id, boxOf(id, range));
     const double side = std::min(texel, 1e3) * kImageryTileSide;
     const double picture = static_cast<double>(view_.camera.width) * view_.camera.height;
     out.push_back({id, texel, std::min(side * side, picture)});
-    if (texel <= texelPixels_ || !view_.hasDeeper(id) || !maySee(view_.camera, box)) return true;
+    if (texel <= texelPixels_ || !view_.hasDeeper(id)) return true;
     const Tile* tile = view_.heights.find(id);
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
       Range below = range;
@@ -70,9 +67,22 @@ class Choice {
         if (child.low <= child.high)
           below = {scale.heightFromRangeCode(child.low), scale.heightFromRangeCode(child.high)};
       }
-      if (!add(id.child(quadrant), below, out)) return false;
+      // A quadrant is looked at by itself: farther away than the tile's nearest, its own texels may do.
+      const TileId at = id.child(quadrant);
+      const Box box = boxOf(at, below);
+      if (!maySee(view_.camera, box) || 2.0 * texelPixelsOf(at, box) <= texelPixels_) continue;
+      if (!add(at, below, out)) return false;
     }
     return true;
+  }
+
+  /// About the size on screen of a tile's nearest texel.
+  double texelPixelsOf(TileId id, const Box& box) const {
+    const Frame& frame = view_.manifest.frame;
+    const double cells = std::ldexp(1.0, frame.finestLevel - id.level);
+    const double texelMeters = frame.spacingXMeters() * cells;
+    const double distance = std::max(distanceTo(box, view_.camera.eyeLocal), 1e-3);
+    return texelMeters * view_.camera.pixelsPerTangent() / distance;
   }
 
   Box boxOf(TileId id, Range range) const {

@@ -9,6 +9,22 @@
 
 namespace terrane {
 
+namespace {
+
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+
+FlightGround groundOf(const Manifest& manifest) {
+  const GroundBox box = groundBoxOf(manifest);
+  FlightGround ground;
+  ground.southWestLocal = {box.low.x, box.low.y};
+  ground.northEastLocal = {box.high.x, box.high.y};
+  ground.minHeight = manifest.minHeight;
+  ground.maxHeight = manifest.maxHeight;
+  return ground;
+}
+
+}  // namespace
+
 Result<FittedFlight> readFlight(const std::string& path, const Terrain& terrain) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
@@ -16,22 +32,29 @@ Result<FittedFlight> readFlight(const std::string& path, const Terrain& terrain)
   TERRANE_ASSIGN(const Flight flight, flightFromJson(text.str(), path));
 
   const Manifest& manifest = terrain.dataset().manifest();
-  const GroundBox box = terrain.groundBox();
   ElevationQuery query(terrain.dataset());
   std::optional<Error> failed;
-  FlightGround ground;
-  ground.southWestLocal = {box.low.x, box.low.y};
-  ground.northEastLocal = {box.high.x, box.high.y};
-  ground.minHeight = manifest.minHeight;
-  ground.maxHeight = manifest.maxHeight;
+  FlightGround ground = groundOf(manifest);
   ground.heightAt = [&](glm::dvec2 place) {
     const auto height = query.heightAt(place);
     if (!height.ok() && !failed) failed = height.error();
-    return height.ok() && *height ? **height : std::numeric_limits<double>::quiet_NaN();
+    return height.ok() && *height ? **height : kNothing;
   };
   auto fitted = fitFlight(flight, manifest.frame, ground);
   if (failed) return *failed;
   return fitted;
+}
+
+Result<FittedFlight> flightOver(const std::string& text, const std::string& where, const TerrainView& view) {
+  TERRANE_ASSIGN(const Flight flight, flightFromJson(text, where));
+  const Frame& frame = view.manifest().frame;
+  Surface surface = view.surface();
+  FlightGround ground = groundOf(view.manifest());
+  ground.heightAt = [&](glm::dvec2 place) {
+    const auto height = surface.heightAt(frame.sampleFromLocal(place));
+    return height.ok() && *height ? **height : kNothing;
+  };
+  return fitFlight(flight, frame, ground);
 }
 
 }  // namespace terrane

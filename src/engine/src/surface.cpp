@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "cell_height.h"
+#include "terrane/tiling/node_layout.h"
 
 namespace terrane {
 namespace {
@@ -49,46 +50,131 @@ std::pair<double, double> clip(const Line& line, double side) {
   return {begin, end};
 }
 
+CellGround groundOf(bool isUnfinished) {
+  return isUnfinished ? CellGround::Coverage : CellGround::Corners;
+}
+
+/// Cells along the side of what firstHit() passes over at once.
+constexpr int kBlockCells = 16;
+
+/// The least and greatest height of a block's samples.
+struct HeightRange {
+  float low = std::numeric_limits<float>::infinity();
+  float high = -std::numeric_limits<float>::infinity();
+};
+HeightRange rangeOfBlock(const TileSamples& samples, int firstCol, int firstRow) {
+  HeightRange out;
+  for (int row = firstRow; row <= firstRow + kBlockCells; ++row) {
+    const float* at = samples.heights.data() + row * kTileSamples + firstCol;
+    for (int i = 0; i <= kBlockCells; ++i) {
+      out.low = std::min(out.low, at[i]);
+      out.high = std::max(out.high, at[i]);
+    }
+  }
+  return out;
+}
+
+/// Which side of the ground a line through the air is on, followed from triangle to triangle.
+class Crossing {
+ public:
+  explicit Crossing(double fromHeight, double toHeight) : from_(fromHeight), step_(toHeight - fromHeight) {}
+
+  double lineAt(double t) const { return from_ + t * step_; }
+  void skip(bool isAbove) { side_ = isAbove ? 1 : -1; }
+  void overVoid() { side_ = 0; }
+  /// Does the line go through the ground, which is at `begin` and `end` so high, between shares of it? The
+  /// ground may have jumped since the last triangle.
+  std::optional<SurfaceHit> cross(double begin, double end, double beginHeight, double endHeight) {
+    const double aboveBegin = lineAt(begin) - beginHeight, aboveEnd = lineAt(end) - endHeight;
+    if (side_ * aboveBegin < 0.0) return SurfaceHit{begin, lineAt(begin)};
+    if ((aboveBegin < 0.0 && aboveEnd >= 0.0) || (aboveBegin > 0.0 && aboveEnd <= 0.0)) {
+      const double t = begin + aboveBegin / (aboveBegin - aboveEnd) * (end - begin);
+      return SurfaceHit{t, lineAt(t)};
+    }
+    if (aboveEnd != 0.0) side_ = aboveEnd > 0.0 ? 1 : -1;
+    return {};
+  }
+
+ private:
+  double from_;
+  double step_;
+  int side_ = 0;
+};
+
 }  // namespace
 
 Status Surface::goTo(int64_t col, int64_t row) {
-  const int finest = tiles_.dataset().manifest().frame.finestLevel;
+  const int finest = source_.manifest().frame.finestLevel;
   const auto tileAt = [&](int level) {
     const int shift = finest - level + 8;  // 256 cells a tile
     return TileId{level, static_cast<int32_t>(col >> shift), static_cast<int32_t>(row >> shift)};
   };
   while (!path_.empty() && path_.back().id != tileAt(path_.back().id.level)) path_.pop_back();
   if (path_.empty()) {
-    TERRANE_ASSIGN(auto root, tiles_.get(TileId{}, nullptr));
+    TERRANE_ASSIGN(auto root, source_.get(TileId{}, nullptr));
     path_.push_back({TileId{}, std::move(root)});
   }
-  while (path_.back().id.level < finest) {
+  isUnfinished_ = path_.back().tile == nullptr;
+  while (!isUnfinished_ && path_.back().id.level < finest) {
     const TileId next = tileAt(path_.back().id.level + 1);
-    const Tile& here = *path_.back().tile;
-    if (here.children[static_cast<size_t>(next.quadrant())].state != ChildState::Present) break;
-    TERRANE_ASSIGN(auto tile, tiles_.get(next, &here));
-    path_.push_back({next, std::move(tile)});
+    Level& here = path_.back();
+    const int quadrant = next.quadrant();
+    if (here.tile->children[static_cast<size_t>(quadrant)].state != ChildState::Present) break;
+    isUnfinished_ = (here.absent >> quadrant & 1) != 0;
+    if (isUnfinished_) break;
+    TERRANE_ASSIGN(auto tile, source_.get(next, here.tile.get()));
+    isUnfinished_ = tile == nullptr;
+    if (isUnfinished_)
+      here.absent = static_cast<uint8_t>(here.absent | 1U << quadrant);
+    else
+      path_.push_back({next, std::move(tile)});
   }
   return {};
 }
 
-Result<std::optional<double>> Surface::heightAt(glm::dvec2 sample) {
-  const Frame& frame = tiles_.dataset().manifest().frame;
-  const int64_t side = frame.worldCells();
+Result<bool> Surface::goTo(glm::dvec2 sample) {
+  const int64_t side = source_.manifest().frame.worldCells();
   const auto sideAsDouble = static_cast<double>(side);
   if (!(sample.x >= 0.0 && sample.y >= 0.0 && sample.x <= sideAsDouble && sample.y <= sideAsDouble))
-    return std::optional<double>{};
+    return false;
   TERRANE_TRY(goTo(std::min(static_cast<int64_t>(sample.x), side - 1),
                    std::min(static_cast<int64_t>(sample.y), side - 1)));
+  return path_.back().tile != nullptr;
+}
+
+glm::dvec2 Surface::placeInTile(glm::dvec2 sample) const {
+  const TileId id = path_.back().id;
+  const double cellSize = std::ldexp(1.0, source_.manifest().frame.finestLevel - id.level);
+  return sample / cellSize - glm::dvec2(id.col, id.row) * static_cast<double>(kTileCells);
+}
+
+Result<std::optional<double>> Surface::heightAt(glm::dvec2 sample) {
+  TERRANE_ASSIGN(const bool isInside, goTo(sample));
+  if (!isInside) return std::optional<double>{};
+  return heightInTile(path_.back().tile->samples, placeInTile(sample), groundOf(isUnfinished_));
+}
+
+Result<std::optional<double>> Surface::errorAt(glm::dvec2 sample) {
+  TERRANE_ASSIGN(const auto height, heightAt(sample));
+  if (!height) return std::optional<double>{};
+  const Manifest& manifest = source_.manifest();
+  if (!isUnfinished_) return std::optional<double>{manifest.maxErrorMeters};
+
+  // The patch of 16 x 16 cells shows all of the tile's samples, and its node tells how far off they are.
+  constexpr int kLevel = kNodeLevels - 1, kHalf = nodeHalfSize(kLevel);
+  const glm::dvec2 place = placeInTile(sample);
+  const auto middle = [](double cells) {
+    return std::clamp(static_cast<int>(cells), 0, kTileCells - 1) / (2 * kHalf) * (2 * kHalf) + kHalf;
+  };
   const Level& here = path_.back();
-  const double cellSize = std::ldexp(1.0, frame.finestLevel - here.id.level);
-  const glm::dvec2 place =
-      sample / cellSize - glm::dvec2(here.id.col, here.id.row) * static_cast<double>(kTileCells);
-  return heightInTile(here.tile->samples, place);
+  const int node = nodeIndex(kLevel, middle(place.x), middle(place.y), here.id.isRoot());
+  return std::optional<double>{
+      std::max(manifest.scale.errorFromCode(here.tile->nodes.error[static_cast<size_t>(node)]),
+               manifest.maxErrorMeters)};
 }
 
 Result<std::vector<SurfacePiece>> Surface::along(glm::dvec2 from, glm::dvec2 to, size_t maxPieces) {
-  const Frame& frame = tiles_.dataset().manifest().frame;
+  const Frame& frame = source_.manifest().frame;
   const int64_t side = frame.worldCells();
   const Line line{from, to - from};
   const auto [begin, end] = clip(line, static_cast<double>(side));
@@ -105,6 +191,7 @@ Result<std::vector<SurfacePiece>> Surface::along(glm::dvec2 from, glm::dvec2 to,
     // integers, so that rounding can never hold it up.
     TERRANE_TRY(goTo(col, row));
     const Level& here = path_.back();
+    if (here.tile == nullptr) return std::vector<SurfacePiece>{{0.0, 1.0, false, 0.0, 0.0}};
     const int shift = frame.finestLevel - here.id.level;
     const int64_t size = int64_t{1} << shift;
     const int64_t cellCol = col >> shift << shift, cellRow = row >> shift << shift;
@@ -114,7 +201,7 @@ Result<std::vector<SurfacePiece>> Surface::along(glm::dvec2 from, glm::dvec2 to,
 
     // One piece, or two where the line crosses the cell's diagonal.
     const auto cell = cellHeights(here.tile->samples, static_cast<int>((cellCol >> shift) % kTileCells),
-                                  static_cast<int>((cellRow >> shift) % kTileCells));
+                                  static_cast<int>((cellRow >> shift) % kTileCells), groundOf(isUnfinished_));
     const auto placeAt = [&](double share) {
       const glm::dvec2 p = (line.at(share) - glm::dvec2(cellCol, cellRow)) / static_cast<double>(size);
       return glm::dvec2(std::clamp(p.x, 0.0, 1.0), std::clamp(p.y, 0.0, 1.0));
@@ -126,8 +213,7 @@ Result<std::vector<SurfacePiece>> Surface::along(glm::dvec2 from, glm::dvec2 to,
         pieces.push_back({t, leave, false, 0.0, 0.0});
     } else {
       const glm::dvec2 a = placeAt(t), b = placeAt(leave);
-      const auto beside = [&](glm::dvec2 p) { return cell->evenDiagonal ? p.x - p.y : p.x + p.y - 1.0; };
-      const double sideA = beside(a), sideB = beside(b);
+      const double sideA = cell->besideDiagonal(a), sideB = cell->besideDiagonal(b);
       double from2 = t, height = cell->at(a.x, a.y);
       if ((sideA < 0.0 && sideB > 0.0) || (sideA > 0.0 && sideB < 0.0)) {
         const double share = sideA / (sideA - sideB);
@@ -161,6 +247,99 @@ Result<std::vector<SurfacePiece>> Surface::along(glm::dvec2 from, glm::dvec2 to,
       pieces.push_back({t, 1.0, false, 0.0, 0.0});
   }
   return pieces;
+}
+
+Result<std::optional<SurfaceHit>> Surface::firstHit(glm::dvec3 from, glm::dvec3 to) {
+  const Frame& frame = source_.manifest().frame;
+  const int64_t side = frame.worldCells();
+  const Line line{glm::dvec2(from), glm::dvec2(to) - glm::dvec2(from)};
+  const auto [begin, end] = clip(line, static_cast<double>(side));
+  if (!(begin <= end)) return std::optional<SurfaceHit>{};
+  Crossing crossing(from.z, to.z);
+
+  const auto clampCell = [&](int64_t cell) { return std::clamp<int64_t>(cell, 0, side - 1); };
+  const glm::dvec2 entry = line.at(begin);
+  int64_t col = clampCell(cellAfter(entry.x, line.step.x)), row = clampCell(cellAfter(entry.y, line.step.y));
+  double t = begin;
+  TileId rangedTile{-1, 0, 0};
+  int rangedBlock = -1;
+  HeightRange range;
+  for (;;) {
+    TERRANE_TRY(goTo(col, row));
+    const Level& here = path_.back();
+    if (here.tile == nullptr) return std::optional<SurfaceHit>{};
+    const TileSamples& samples = here.tile->samples;
+    const int shift = frame.finestLevel - here.id.level;
+    const int tileCol = static_cast<int>((col >> shift) % kTileCells),
+              tileRow = static_cast<int>((row >> shift) % kTileCells);
+
+    // A block that is all below the line, or above it, is passed over at once.
+    constexpr int kBlockShift = 4;
+    static_assert(1 << kBlockShift == kBlockCells);
+    const int block = (tileRow >> kBlockShift) * kBlockCells + (tileCol >> kBlockShift);
+    if (rangedTile != here.id || rangedBlock != block) {
+      range = rangeOfBlock(samples, tileCol & -kBlockCells, tileRow & -kBlockCells);
+      rangedTile = here.id;
+      rangedBlock = block;
+    }
+    int sizeShift = shift + kBlockShift;
+    const auto exits = [&] {
+      const int64_t size = int64_t{1} << sizeShift;
+      return std::pair{exitOf(from.x, line.step.x, col >> sizeShift << sizeShift, size),
+                       exitOf(from.y, line.step.y, row >> sizeShift << sizeShift, size)};
+    };
+    auto leaving = exits();
+    double leave = std::clamp(std::min(leaving.first.t, leaving.second.t), t, end);
+    const double lowest = std::min(crossing.lineAt(t), crossing.lineAt(leave)),
+                 highest = std::max(crossing.lineAt(t), crossing.lineAt(leave));
+    if (lowest > static_cast<double>(range.high) || highest < static_cast<double>(range.low)) {
+      crossing.skip(lowest > static_cast<double>(range.high));
+    } else {
+      // One cell: one piece, or two where the line crosses its diagonal.
+      sizeShift = shift;
+      leaving = exits();
+      leave = std::clamp(std::min(leaving.first.t, leaving.second.t), t, end);
+      const auto cell = cellHeights(samples, tileCol, tileRow, groundOf(isUnfinished_));
+      if (!cell) {
+        crossing.overVoid();
+      } else {
+        const glm::dvec2 corner(static_cast<double>(col >> shift << shift),
+                                static_cast<double>(row >> shift << shift));
+        const auto placeAt = [&](double share) {
+          const glm::dvec2 p = (line.at(share) - corner) / std::ldexp(1.0, shift);
+          return glm::dvec2(std::clamp(p.x, 0.0, 1.0), std::clamp(p.y, 0.0, 1.0));
+        };
+        const glm::dvec2 a = placeAt(t), b = placeAt(leave);
+        const double sideA = cell->besideDiagonal(a), sideB = cell->besideDiagonal(b);
+        double pieceBegin = t, height = cell->at(a.x, a.y);
+        if ((sideA < 0.0 && sideB > 0.0) || (sideA > 0.0 && sideB < 0.0)) {
+          const double share = sideA / (sideA - sideB);
+          const glm::dvec2 middle = a + share * (b - a);
+          const double middleHeight = cell->at(middle.x, middle.y);
+          const double pieceEnd = t + share * (leave - t);
+          if (const auto hit = crossing.cross(pieceBegin, pieceEnd, height, middleHeight)) return hit;
+          pieceBegin = pieceEnd;
+          height = middleHeight;
+        }
+        if (const auto hit = crossing.cross(pieceBegin, leave, height, cell->at(b.x, b.y))) return hit;
+      }
+    }
+
+    // On to the next cell, by integers, so that rounding can never hold it up.
+    t = leave;
+    const Exit exitX = leaving.first, exitY = leaving.second;
+    const bool byX = exitX.t <= exitY.t, byY = exitY.t <= exitX.t;
+    if (leave >= end || (byX && (exitX.next < 0 || exitX.next >= side)) ||
+        (byY && (exitY.next < 0 || exitY.next >= side)))
+      return std::optional<SurfaceHit>{};
+    const glm::dvec2 place = line.at(t);
+    const auto within = [&](double at, int64_t cell) {
+      const int64_t first = cell >> sizeShift << sizeShift;
+      return std::clamp(static_cast<int64_t>(std::floor(at)), first, first + (int64_t{1} << sizeShift) - 1);
+    };
+    col = byX ? exitX.next : within(place.x, col);
+    row = byY ? exitY.next : within(place.y, row);
+  }
 }
 
 }  // namespace terrane

@@ -119,14 +119,28 @@ Result<Cut> Terrain::selectAndLoad(const Camera& camera, const PatchSelection& s
   return cut;
 }
 
-Status Terrain::prepareDrawing(const Cut& cut) {
+Status Terrain::startDrawing() {
   State& state = *state_;
-  if (!state.context) {
-    TERRANE_ASSIGN(state.context, gpu::Context::createHeadless(
-                                      {.api = state.options.openGlEs ? gpu::Api::OpenGlEs : gpu::Api::OpenGl,
-                                       .forceSoftware = state.options.forceSoftware}));
-    TERRANE_ASSIGN(state.renderer, TerrainRenderer::create(*state.context));
-  }
+  if (state.renderer) return {};
+  TERRANE_ASSIGN(state.context, gpu::Context::createHeadless(
+                                    {.api = state.options.openGlEs ? gpu::Api::OpenGlEs : gpu::Api::OpenGl,
+                                     .forceSoftware = state.options.forceSoftware}));
+  TERRANE_ASSIGN(state.renderer, TerrainRenderer::create(*state.context));
+  return {};
+}
+
+Status Terrain::setLines(std::span<const GroundLine> lines) {
+  TERRANE_TRY(startDrawing());
+  return state_->renderer->setLines(lines);
+}
+Status Terrain::setPass(const std::string& name, std::string_view fragment, glm::dvec3 originLocal) {
+  TERRANE_TRY(startDrawing());
+  return state_->renderer->setPass(name, fragment, originLocal);
+}
+
+Status Terrain::prepareDrawing(const Cut& cut) {
+  TERRANE_TRY(startDrawing());
+  State& state = *state_;
 
   // What the frame reads: heights, shading, and the shading tile's parent that it blends with.
   std::unordered_set<TileId, TileIdHash> needed, read;

@@ -12,6 +12,7 @@
 #include "terrane/lod/mesh_placement.h"
 #include "terrane/lod/predict_wishes.h"
 #include "tile_uploads.h"
+#include "view_ground.h"
 #include "view_imagery.h"
 #include "view_prefetch.h"
 
@@ -22,7 +23,10 @@ namespace {
 constexpr size_t kMostPredicted = 400;
 /// What is ahead, and around, is looked at so often.
 constexpr double kPrefetchSeconds = 0.15;
+constexpr double kLeastAheadSeconds = 0.5, kMostAheadSeconds = 1.5;
 constexpr double kAheadChance = 0.5;
+constexpr double kFarAheadSeconds = 3.0;
+constexpr double kFarAheadChance = 0.25;
 constexpr double kAroundChance = 0.1;
 /// Around the camera, behind it too, something coarser will do for the moment after a turn.
 constexpr double kAroundTauFactor = 2.0;
@@ -64,6 +68,7 @@ class TerrainView::State {
         workers_(workers),
         renderer_(renderer),
         stream_(std::move(transport), workers, streamOptions(options)),
+        ground_(stream_),
         sets_(options.policy, options.neededTiles) {
     control_ = FrameControl(
         {.leastTau = options.selection.tolerancePixels, .mostTau = options.selection.tolerancePixels});
@@ -100,6 +105,7 @@ class TerrainView::State {
   Workers& workers_;
   TerrainRenderer* renderer_;
   TileStream stream_;
+  ViewGround ground_;
   FrameControl control_;
   Cut cut_;
   ViewReport report_;
@@ -114,6 +120,18 @@ class TerrainView::State {
     options_.showImagery = show;
     if (imagery_ != nullptr) imagery_->setShown(show);
     requested_ = true;
+  }
+  Status setImageryLayers(const std::vector<std::string>& names) {
+    if (stream_.phase() == StreamPhase::Ready) {
+      const auto& known = stream_.manifest().imagery;
+      for (const std::string& name : names)
+        if (std::none_of(known.begin(), known.end(), [&](const auto& layer) { return layer.name == name; }))
+          return makeError("{}: has no imagery layer '{}'", stream_.where(), name);
+    }
+    imageryLayers_ = names;
+    if (imagery_ != nullptr) imagery_->setLayers(names);
+    requested_ = true;
+    return {};
   }
 
  private:
@@ -134,6 +152,7 @@ class TerrainView::State {
     if (renderer_ != nullptr) TERRANE_TRY(renderer_->reserve(places, pictures));
     tiles_ = std::make_unique<TileUploads>(stream_, workers_, renderer_, static_cast<size_t>(places));
     imagery_ = std::make_unique<ViewImagery>(stream_, renderer_, static_cast<size_t>(pictures));
+    if (imageryLayers_) imagery_->setLayers(*imageryLayers_);
     imagery_->setShown(hasImagery);
     return {};
   }
@@ -219,26 +238,35 @@ class TerrainView::State {
     }
     if (!options_.prefetch || nowSeconds < nextPrefetchSeconds_) return;
 
-    // Ahead, where the camera will be when answers come; and around it, for turns.
+    // Ahead, where the camera will be when answers come; farther ahead, so that much can come together; and
+    // where nothing is missing there, around it, for turns.
     nextPrefetchSeconds_ = nowSeconds + kPrefetchSeconds;
     prefetch_.clear();
-    ahead_ = forecast_.ahead(std::clamp(3.0 * stream_.statistics().latencySeconds, 0.3, 1.5));
-    if (ahead_) {
-      for (const TileWish& wish :
-           selectPatches(selection, manifest.frame, manifest.scale, *ahead_, *tiles_).wishes)
-        prefetch_.push_back(wishFor(wish, tau, kAheadChance));
-    }
+    ahead_ = forecast_.ahead(
+        std::clamp(3.0 * stream_.statistics().latencySeconds, kLeastAheadSeconds, kMostAheadSeconds));
+    farAhead_ = forecast_.ahead(kFarAheadSeconds);
+    if (ahead_) prefetchFor(*ahead_, selection, kAheadChance);
+    if (farAhead_) prefetchFor(*farAhead_, selection, kFarAheadChance);
+    if (!prefetch_.empty()) return;
     PatchSelection around = selection;
     around.cull = false;
     around.tolerancePixels *= kAroundTauFactor;
-    for (const TileWish& wish : selectPatches(around, manifest.frame, manifest.scale, camera, *tiles_).wishes)
-      prefetch_.push_back(wishFor(wish, around.tolerancePixels, kAroundChance));
+    prefetchFor(camera, around, kAroundChance);
+  }
+
+  void prefetchFor(const Camera& camera, const PatchSelection& selection, double chance) {
+    const Manifest& manifest = stream_.manifest();
+    for (const TileWish& wish :
+         selectPatches(selection, manifest.frame, manifest.scale, camera, *tiles_).wishes)
+      prefetch_.push_back(wishFor(wish, selection.tolerancePixels, chance));
   }
 
   void addPrefetch(double, std::vector<StreamWish>& wishes) {
     wishes.insert(wishes.end(), prefetch_.begin(), prefetch_.end());
     if (ahead_)
       imagery_->addPrefetch(*ahead_, options_.selection.exaggeration, *tiles_, kAheadChance, wishes);
+    if (farAhead_)
+      imagery_->addPrefetch(*farAhead_, options_.selection.exaggeration, *tiles_, kFarAheadChance, wishes);
   }
 
   void wishForSet(const Camera& camera, const PatchSelection& selection, std::vector<StreamWish>& wishes) {
@@ -272,10 +300,11 @@ class TerrainView::State {
 
   std::unique_ptr<TileUploads> tiles_;
   std::unique_ptr<ViewImagery> imagery_;
+  std::optional<std::vector<std::string>> imageryLayers_;  ///< absent: all
   GatheredSets sets_;
   MorphHistory history_;
   CameraForecast forecast_;
-  std::optional<Camera> ahead_;
+  std::optional<Camera> ahead_, farAhead_;
   std::vector<StreamWish> prefetch_;
   std::vector<TileId> order_ = {TileId{}};  ///< wished tiles, as the last choice had them
   uint64_t frame_ = 0;
@@ -326,6 +355,21 @@ void TerrainView::frameTook(double frameSeconds, double elapsedSeconds) {
 }
 void TerrainView::setShowImagery(bool show) {
   state_->setShowImagery(show);
+}
+Status TerrainView::setImageryLayers(const std::vector<std::string>& names) {
+  return state_->setImageryLayers(names);
+}
+Surface TerrainView::surface() const {
+  return Surface(state_->ground_);
+}
+std::optional<double> TerrainView::heightAt(glm::dvec2 local) const {
+  return heightHere(state_->ground_, local);
+}
+std::optional<double> TerrainView::errorAt(glm::dvec2 local) const {
+  return errorHere(state_->ground_, local);
+}
+std::optional<glm::dvec3> TerrainView::pick(const Camera& camera, glm::dvec2 pixel) const {
+  return pickGround(state_->ground_, camera, state_->options_.selection.exaggeration, pixel);
 }
 bool TerrainView::isSettled() const {
   return state_->isSettled();

@@ -17,23 +17,61 @@ ViewImagery::ViewImagery(const TileStream& stream, TerrainRenderer* renderer, si
     : stream_(stream),
       renderer_(renderer),
       shown_(capacity > 0 && !stream.manifest().imagery.empty()),
+      layers_(stream.manifest().imagery.size(), true),
       resident_(std::max<size_t>(capacity, 1)) {}
+
+bool ViewImagery::isLayerShown() const {
+  return std::any_of(layers_.begin(), layers_.end(), [](bool is) { return is; });
+}
+
+void ViewImagery::drop(TileId id) {
+  resident_.remove(id);
+  pictures_.erase(id);
+  sketched_.erase(id);
+  stale_.erase(id);
+  if (renderer_ != nullptr) renderer_->dropImagery(id);
+}
 
 void ViewImagery::setShown(bool shown) {
   shown_ = shown && !stream_.manifest().imagery.empty();
   if (shown_) return;
-  for (const auto& [id, picture] : pictures_) {
-    resident_.remove(id);
-    if (renderer_ != nullptr) renderer_->dropImagery(id);
+  while (!pictures_.empty()) drop(pictures_.begin()->first);
+}
+
+void ViewImagery::setLayers(const std::vector<std::string>& names) {
+  const auto& known = stream_.manifest().imagery;
+  std::vector<bool> wanted;
+  for (const ImageryLayerRecord& layer : known)
+    wanted.push_back(std::find(names.begin(), names.end(), layer.name) != names.end());
+  if (wanted == layers_) return;
+  layers_ = wanted;
+  if (!isLayerShown()) {
+    while (!pictures_.empty()) drop(pictures_.begin()->first);
+    needs_.clear();
   }
-  pictures_.clear();
-  sketched_.clear();
+  for (const auto& [id, picture] : pictures_) stale_.insert(id);
+}
+
+void ViewImagery::dropStale() {
+  if (stale_.empty()) return;
+  // note: what is needed is needed with its ancestors, so no tile loses one.
+  std::vector<TileId> leaving;
+  for (const auto& [id, picture] : pictures_) {
+    const bool isNeeded =
+        std::any_of(needs_.begin(), needs_.end(), [id = id](const auto& need) { return need.tile == id; });
+    if (isNeeded) continue;
+    bool isUnderStale = false;
+    for (int level = 0; level <= id.level; ++level) isUnderStale |= stale_.count(id.ancestor(level)) != 0;
+    if (isUnderStale) leaving.push_back(id);
+  }
+  for (const TileId id : leaving) drop(id);
 }
 
 std::vector<ViewImagery::Part> ViewImagery::partsOf(TileId id) const {
   std::vector<Part> out;
   const auto& layers = stream_.manifest().imagery;
   for (size_t i = 0; i < layers.size(); ++i) {
+    if (!layers_[i]) continue;
     // Beyond its finest level a layer is enlarged.
     const int up = std::max(0, id.level - layers[i].finestLevel);
     const TileKey key{static_cast<int32_t>(i), id.ancestor(id.level - up)};
@@ -45,7 +83,7 @@ std::vector<ViewImagery::Part> ViewImagery::partsOf(TileId id) const {
 bool ViewImagery::hasDeeper(TileId id) const {
   const auto& layers = stream_.manifest().imagery;
   for (size_t i = 0; i < layers.size(); ++i) {
-    for (int quadrant = 0; id.level < layers[i].finestLevel && quadrant < 4; ++quadrant)
+    for (int quadrant = 0; layers_[i] && id.level < layers[i].finestLevel && quadrant < 4; ++quadrant)
       if (stream_.isStored({static_cast<int32_t>(i), id.child(quadrant)})) return true;
   }
   return false;
@@ -54,11 +92,12 @@ bool ViewImagery::hasDeeper(TileId id) const {
 void ViewImagery::choose(const Camera& camera, double exaggeration, const ResidentTiles& heights,
                          uint64_t frame) {
   needs_.clear();
-  if (!shown_) return;
+  if (!shown_ || !isLayerShown()) return;
   needs_ = selectImagery(
       {camera, exaggeration, stream_.manifest(), heights, [this](TileId id) { return hasDeeper(id); }},
       resident_.capacity());
   for (const ImageryNeed& need : needs_) resident_.need(need.tile, frame);
+  dropStale();
 }
 
 void ViewImagery::wish(const ImageryNeed& need, double chance, std::vector<StreamWish>& wishes) const {
@@ -78,12 +117,12 @@ void ViewImagery::wish(const ImageryNeed& need, double chance, std::vector<Strea
 
 void ViewImagery::addWishes(std::vector<StreamWish>& wishes) const {
   for (const ImageryNeed& need : needs_)
-    if (!resident_.has(need.tile)) wish(need, 1.0, wishes);
+    if (!isCurrent(need.tile)) wish(need, 1.0, wishes);
 }
 
 void ViewImagery::addPrefetch(const Camera& camera, double exaggeration, const ResidentTiles& heights,
                               double chance, std::vector<StreamWish>& wishes) const {
-  if (!shown_) return;
+  if (!shown_ || !isLayerShown()) return;
   const ImageryView view{camera, exaggeration, stream_.manifest(), heights,
                          [this](TileId id) { return hasDeeper(id); }};
   for (const ImageryNeed& need : selectImagery(view, resident_.capacity()))
@@ -146,20 +185,34 @@ Status ViewImagery::put(TileId id) {
   return {};
 }
 
-Result<bool> ViewImagery::upload(uint64_t budgetBytes, uint64_t frame) {
-  uint64_t spent = 0;
+Result<bool> ViewImagery::recompose(std::unordered_set<TileId, TileIdHash>& which, bool mayBeSketches,
+                                    uint64_t budgetBytes, uint64_t& spent) {
   bool changed = false;
-  for (auto at = sketched_.begin(); at != sketched_.end();) {
+  for (auto at = which.begin(); at != which.end();) {
+    if (changed && spent >= budgetBytes) break;
     std::shared_ptr<const ImageryTile> picture;
-    if (hasSketch(*at) || !compose(*at, picture)) {
+    const bool isSketch = hasSketch(*at);
+    if ((isSketch && !mayBeSketches) || !compose(*at, picture)) {
       ++at;
       continue;
     }
-    pictures_[*at] = picture;
-    TERRANE_TRY(put(*at));
-    at = sketched_.erase(at);
+    const TileId id = *at;
+    at = which.erase(at);
+    pictures_[id] = picture;
+    if (isSketch) sketched_.insert(id);
+    TERRANE_TRY(put(id));
+    spent += TerrainRenderer::imageryBytesPerTile();
     changed = true;
   }
+  return changed;
+}
+
+Result<bool> ViewImagery::upload(uint64_t budgetBytes, uint64_t frame) {
+  uint64_t spent = 0;
+  TERRANE_ASSIGN(const bool refined, recompose(sketched_, false, UINT64_MAX, spent));
+  spent = 0;
+  TERRANE_ASSIGN(const bool refreshed, recompose(stale_, true, budgetBytes, spent));
+  bool changed = refined || refreshed;
   // note: by address, so parents come before their children.
   for (const ImageryNeed& need : needs_) {
     if (resident_.has(need.tile) || (!need.tile.isRoot() && !resident_.has(need.tile.parent()))) continue;
@@ -169,10 +222,7 @@ Result<bool> ViewImagery::upload(uint64_t budgetBytes, uint64_t frame) {
     while (resident_.isFull()) {
       const auto victim = resident_.victim(frame);
       if (!victim) return changed;
-      resident_.remove(*victim);
-      pictures_.erase(*victim);
-      sketched_.erase(*victim);
-      if (renderer_ != nullptr) renderer_->dropImagery(*victim);
+      drop(*victim);
     }
     resident_.add(need.tile, frame);
     pictures_[need.tile] = picture;
@@ -187,7 +237,7 @@ Result<bool> ViewImagery::upload(uint64_t budgetBytes, uint64_t frame) {
 
 bool ViewImagery::isSettled() const {
   return sketched_.empty() && std::all_of(needs_.begin(), needs_.end(), [&](const ImageryNeed& need) {
-           if (resident_.has(need.tile)) return true;
+           if (isCurrent(need.tile)) return true;
            std::shared_ptr<const ImageryTile> picture;
            return !compose(need.tile, picture) && stream_.isIdle();
          });

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -21,6 +22,8 @@ class ViewImagery {
   ViewImagery(const TileStream& stream, TerrainRenderer* renderer, size_t capacity);
 
   void setShown(bool shown);
+  /// The layers that count, by their names; at first all. Pictures of others stay until theirs are made.
+  void setLayers(const std::vector<std::string>& names);
   /// What a camera needs. Marks what is on the GPU of it as needed.
   void choose(const Camera& camera, double exaggeration, const ResidentTiles& heights, uint64_t frame);
   /// Adds what is missing of that choice.
@@ -50,15 +53,25 @@ class ViewImagery {
   bool compose(TileId id, std::shared_ptr<const ImageryTile>& out) const;
   const ImageryTile* composed(TileId id) const;
   void refreshNeighbours(TileId id);
+  bool isCurrent(TileId id) const { return resident_.has(id) && stale_.count(id) == 0; }
+  bool isLayerShown() const;
+  void drop(TileId id);
+  /// Drops what shows other layers than it should and is not needed now.
+  void dropStale();
+  /// Composes residents of a set anew, as their parts come. Returns whether anything changed.
+  Result<bool> recompose(std::unordered_set<TileId, TileIdHash>& which, bool mayBeSketches,
+                         uint64_t budgetBytes, uint64_t& spent);
   void wish(const ImageryNeed& need, double chance, std::vector<StreamWish>& wishes) const;
 
   const TileStream& stream_;
   TerrainRenderer* renderer_;
   bool shown_ = true;
+  std::vector<bool> layers_;  ///< that count
   ResidentSet resident_;
   std::vector<ImageryNeed> needs_;
   std::unordered_map<TileId, std::shared_ptr<const ImageryTile>, TileIdHash> pictures_;  ///< of residents
   std::unordered_set<TileId, TileIdHash> sketched_;  ///< residents of which parts were sketches
+  std::unordered_set<TileId, TileIdHash> stale_;     ///< residents that show other layers than they should
   uint64_t uploaded_ = 0;
 };
 

@@ -1,5 +1,7 @@
 #include "terrane/gpu/program.h"
 
+#include <array>
+
 #include "shader_stage.h"
 
 namespace terrane::gpu {
@@ -38,6 +40,44 @@ void Program::setFloat(const char* uniform, float value) const {
   use();
   const GLint location = glGetUniformLocation(name_.get(), uniform);
   if (location >= 0) glUniform1f(location, value);
+}
+
+void Program::setFloats(const char* uniform, std::span<const float> values) const {
+  use();
+  const GLint location = glGetUniformLocation(name_.get(), uniform);
+  if (location < 0) return;
+  if (values.size() == 1) glUniform1fv(location, 1, values.data());
+  if (values.size() == 2) glUniform2fv(location, 1, values.data());
+  if (values.size() == 3) glUniform3fv(location, 1, values.data());
+  if (values.size() == 4) glUniform4fv(location, 1, values.data());
+}
+
+void Program::setInts(const char* uniform, std::span<const int> values) const {
+  use();
+  const GLint location = glGetUniformLocation(name_.get(), uniform);
+  if (location < 0) return;
+  if (values.size() == 1) glUniform1iv(location, 1, values.data());
+  if (values.size() == 2) glUniform2iv(location, 1, values.data());
+  if (values.size() == 3) glUniform3iv(location, 1, values.data());
+  if (values.size() == 4) glUniform4iv(location, 1, values.data());
+}
+
+std::vector<Program::Uniform> Program::uniforms() const {
+  GLint count = 0;
+  glGetProgramiv(name_.get(), GL_ACTIVE_UNIFORMS, &count);
+  std::vector<Uniform> out;
+  for (GLint i = 0; i < count; ++i) {
+    std::array<char, 256> name{};
+    GLsizei length = 0;
+    GLint size = 0;
+    GLenum type = 0;
+    glGetActiveUniform(name_.get(), static_cast<GLuint>(i), static_cast<GLsizei>(name.size()), &length, &size,
+                       &type, name.data());
+    const std::string text(name.data(), static_cast<size_t>(length));
+    // Members of blocks have no location.
+    if (glGetUniformLocation(name_.get(), text.c_str()) >= 0) out.push_back({text, type, size});
+  }
+  return out;
 }
 
 void Program::bindBlock(const char* block, int bindingPoint) const {

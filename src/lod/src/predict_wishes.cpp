@@ -6,6 +6,7 @@
 #include <queue>
 #include <unordered_set>
 
+#include "terrane/codec/mesh_level.h"
 #include "terrane/lod/screen_metric.h"
 #include "wish_list.h"
 
@@ -42,11 +43,17 @@ class Predictor {
         isStored_(isStored),
         pictureDiagonal_(std::hypot(camera.width, camera.height)),
         cellMeters_(frame.spacingXMeters(), frame.spacingYMeters()),
-        metric_(camera, cellMeters_, selection.tolerancePixels, selection.nearMeters) {}
+        metric_(camera, cellMeters_, selection.tolerancePixels, selection.nearMeters),
+        meshScale_(MeshScale::of(frame)) {}
 
   std::vector<TileWish> run(std::span<const TileWish> wishes, size_t most) {
     for (const TileWish& wish : wishes) named_.insert(wish.tile);
     for (const TileWish& wish : wishes) guessBelow(whatIsKnown(wish));
+    // Where meshes are still to be made, or to fade in, nothing is wished for yet. But as no mesh states less
+    // than its level's bound, which of all tiles will be wished for is known well enough without them.
+    constexpr float kUnknown = std::numeric_limits<float>::infinity();
+    if (selection_.surface == SurfaceKind::Meshes && tiles_.find(TileId{}) != nullptr)
+      guessBelow(whatIsKnown({TileId{}, kUnknown, kUnknown, 1.0F}));
     std::vector<TileWish> out;
     while (!open_.empty() && out.size() < most) {
       const Guess guess = open_.top();
@@ -65,25 +72,35 @@ class Predictor {
     out.tile = wish.tile;
     out.errorPixels = static_cast<double>(wish.errorPixels);
     out.errorMeters = std::numeric_limits<double>::infinity();
-    uint16_t low = 0, high = std::numeric_limits<uint16_t>::max();
+    ChildSummary known;
+    known.low = 0;
+    known.high = std::numeric_limits<uint16_t>::max();
     if (const Tile* parent = wish.tile.isRoot() ? nullptr : tiles_.find(wish.tile.parent())) {
-      const ChildSummary& child = parent->children[static_cast<size_t>(wish.tile.quadrant())];
-      out.errorMeters = scale_.errorFromCode(child.error) * selection_.exaggeration;
-      low = child.low;
-      high = child.high;
+      known = parent->children[static_cast<size_t>(wish.tile.quadrant())];
+      out.errorMeters = scale_.errorFromCode(known.error) * selection_.exaggeration;
     }
-    out.lowMeters = scale_.heightFromRangeCode(low) * selection_.exaggeration;
-    out.highMeters = scale_.heightFromRangeCode(high) * selection_.exaggeration;
+    out.lowMeters = scale_.heightFromRangeCode(known.low) * selection_.exaggeration;
+    out.highMeters = scale_.heightFromRangeCode(known.high) * selection_.exaggeration;
     return out;
+  }
+  bool setHeights(Guess& guess, const ChildSummary& known) const {
+    guess.lowMeters = scale_.heightFromRangeCode(known.low) * selection_.exaggeration;
+    guess.highMeters = scale_.heightFromRangeCode(known.high) * selection_.exaggeration;
+    return known.low <= known.high;
   }
 
   void guessBelow(const Guess& above) {
     if (above.tile.level >= frame_.finestLevel || above.lowMeters > above.highMeters) return;
+    const Tile* tile = tiles_.find(above.tile);
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
       Guess guess = above;
       guess.tile = above.tile.child(quadrant);
-      if (!look(guess) || !isStored_(guess.tile) || tiles_.find(guess.tile) != nullptr) continue;
-      if (named_.insert(guess.tile).second) open_.push(guess);
+      if (tile != nullptr && !setHeights(guess, tile->children[static_cast<size_t>(quadrant)])) continue;
+      if (!look(guess) || !isStored_(guess.tile) || !named_.insert(guess.tile).second) continue;
+      if (tiles_.find(guess.tile) == nullptr)
+        open_.push(guess);
+      else if (selection_.surface == SurfaceKind::Meshes)
+        guessBelow(whatIsKnown({guess.tile, static_cast<float>(guess.errorPixels), 0.0F, 1.0F}));
     }
   }
 
@@ -101,6 +118,13 @@ class Predictor {
     guess.errorPixels *= 0.5;
     if (std::isfinite(guess.errorMeters))
       guess.errorPixels = std::min(guess.errorPixels, metric_.errorPixels(prism, guess.errorMeters));
+    if (selection_.surface == SurfaceKind::Meshes) {
+      // Meshes state no smaller error than their level's bound, however smooth the ground.
+      const int above = meshScale_.lastOwnLevel() + 2 * (guess.tile.level - 1);
+      guess.errorPixels =
+          std::max(guess.errorPixels,
+                   metric_.errorPixels(prism, meshScale_.boundMeters(above) * selection_.exaggeration));
+    }
     const double texel =
         metric_.lengthPixels(prism, std::max(cellMeters_.x, cellMeters_.y) *
                                         std::ldexp(1.0, frame_.finestLevel - guess.tile.level + 1));
@@ -118,6 +142,7 @@ class Predictor {
   double pictureDiagonal_;
   glm::dvec2 cellMeters_;
   ScreenMetric metric_;
+  MeshScale meshScale_;
   std::unordered_set<TileId, TileIdHash> named_;
   std::priority_queue<Guess, std::vector<Guess>, LessUrgent> open_;
 };

@@ -1,4 +1,4 @@
-// The place under each pixel, relative to the eye.
+// The place under each pixel, relative to the eye, and the normal that it is lit with.
 //
 // note: not the interpolated place, which may be kilometres off where a triangle is seen edge-on (see
 // patch_position.frag). The triangle is looked up, and its surface evaluated at a point that is within it. OpenGL ES 3.0
@@ -7,7 +7,6 @@ in vec3 vPlace;
 in vec2 vShading;
 flat in vec4 vShadingBox;
 in vec2 vSample;
-flat in ivec4 vLayers;
 flat in int vSlot;
 layout(location = 0) out vec4 oPlace;
 
@@ -28,9 +27,12 @@ float doubleArea(vec2 a, vec2 b, vec2 c) { return (b.x - a.x) * (c.y - a.y) - (b
 #endif
 
 void main() {
-  if (!isGround(clamp(vShading, vShadingBox.xy, vShadingBox.zw), vLayers.y)) discard;
+  vec2 cellsDx = dFdx(vShading), cellsDy = dFdy(vShading);
+  vec2 cells = clamp(vShading, vShadingBox.xy, vShadingBox.zw);
+  if (!isGround(cells, vLayers.y)) discard;
+  float normal = packedNormal(shadingNormal(cells, cellsDx, cellsDy));
 #ifdef GL_ES
-  oPlace = vec4(vPlace, 1.0);
+  oPlace = vec4(vPlace, normal);
 #else
   MeshPatch patch_ = meshPatch(vSlot);
   uint first = uint(patch_.lattice.w + 3 * gl_PrimitiveID);
@@ -39,6 +41,6 @@ void main() {
   vec3 weights = max(vec3(doubleArea(vSample, b, c), doubleArea(a, vSample, c), doubleArea(a, b, vSample)), 0.0);
   weights /= weights.x + weights.y + weights.z;
   oPlace = vec4(placeOf(corner.x, patch_) * weights.x + placeOf(corner.y, patch_) * weights.y +
-                placeOf(corner.z, patch_) * weights.z, 1.0);
+                placeOf(corner.z, patch_) * weights.z, normal);
 #endif
 }

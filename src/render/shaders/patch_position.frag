@@ -1,4 +1,4 @@
-// The place under each pixel, relative to the eye.
+// The place under each pixel, relative to the eye, and the normal that it is lit with.
 //
 // note: not the interpolated place. Where a triangle is seen edge-on the pixel's middle may lie a hair outside
 // of it, and what is interpolated there can be kilometres beyond its corners. The patch's own coordinates are
@@ -6,7 +6,6 @@
 in vec2 vShading;
 flat in vec4 vShadingBox;
 in vec2 vGrid;
-flat in ivec4 vLayers;
 flat in ivec4 vLattice;
 flat in ivec4 vTexel;
 flat in float vMorph;
@@ -23,6 +22,7 @@ vec3 placeOf(ivec2 grid) {
 }
 
 void main() {
+  vec2 cellsDx = dFdx(vShading), cellsDy = dFdy(vShading);
   if (!isGround(clamp(vShading, vShadingBox.xy, vShadingBox.zw), vLayers.y)) discard;
 
   // Inside the triangle's neighbourhood, then inside the patch.
@@ -59,5 +59,6 @@ void main() {
     weights = first ? vec3(1.0 - inCell.x - inCell.y, inCell.x, inCell.y)
                     : vec3(inCell.x + inCell.y - 1.0, 1.0 - inCell.y, 1.0 - inCell.x);
   }
-  oPlace = vec4(placeOf(a) * weights.x + placeOf(b) * weights.y + placeOf(d) * weights.z, 1.0);
+  vec3 normal = shadingNormal(clamp(vShading, vShadingBox.xy, vShadingBox.zw), cellsDx, cellsDy);
+  oPlace = vec4(placeOf(a) * weights.x + placeOf(b) * weights.y + placeOf(d) * weights.z, packedNormal(normal));
 }

@@ -117,14 +117,14 @@ int MeshDrawer::draw(const gpu::Program& program, const MeshStore& meshes, bool 
   return calls;
 }
 
-void MeshDrawer::drawPlaces(const gpu::Program& program, const MeshStore& meshes) const {
+int MeshDrawer::drawPlaces(const gpu::Program& program, const MeshStore& meshes) const {
   constexpr GLuint kVertexBinding = 1, kIndexBinding = 2;
   if (!context_.isGles()) {
     context_.bindStorage(kVertexBinding, meshes.vertices().name());
     context_.bindStorage(kIndexBinding, meshes.indices().name());
   }
   // Only who looks triangles up by their number in the call needs one for each range.
-  draw(program, meshes, !context_.isGles());
+  return draw(program, meshes, !context_.isGles());
 }
 
 void MeshDrawer::drawLines(const MeshStore& meshes) {

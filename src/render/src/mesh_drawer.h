@@ -42,8 +42,9 @@ class MeshDrawer {
   int draw(const gpu::Program& program, const MeshStore& meshes) const {
     return draw(program, meshes, false);
   }
-  /// The same with mesh_position.frag, which looks triangles up where the dialect allows it.
-  void drawPlaces(const gpu::Program& program, const MeshStore& meshes) const;
+  /// The same with mesh_position.frag, which looks triangles up where the dialect allows it (and
+  /// then takes a draw call for each patch).
+  int drawPlaces(const gpu::Program& program, const MeshStore& meshes) const;
   /// Draws the triangles' sides with the program in use, as lines; they are listed anew for each cut.
   void drawLines(const MeshStore& meshes);
   static void setSamplers(const gpu::Program& program);

@@ -22,19 +22,22 @@ struct ProgramRecipe {
 };
 /// All programs: drawing makes them from here, and the tests compile each of them in both dialects.
 struct ProgramRecipes {
-  ProgramRecipe shade{"the ground",
-                      {"frame.glsl", "place.glsl", "morph.glsl", "patch.vert"},
-                      {"frame.glsl", "sky.glsl", "coverage.glsl", "imagery.glsl", "patch_shade.frag"}};
+  ProgramRecipe shade{
+      "the ground",
+      {"frame.glsl", "place.glsl", "morph.glsl", "patch.vert"},
+      {"frame.glsl", "sky.glsl", "coverage.glsl", "imagery.glsl", "shading_normal.glsl", "patch_shade.frag"}};
   ProgramRecipe position{"the position buffer",
                          {"frame.glsl", "place.glsl", "morph.glsl", "patch.vert"},
-                         {"frame.glsl", "place.glsl", "morph.glsl", "coverage.glsl", "patch_position.frag"}};
-  ProgramRecipe meshShade{"the ground of meshes",
-                          {"frame.glsl", "place.glsl", "mesh_patch.glsl", "mesh.vert"},
-                          {"frame.glsl", "sky.glsl", "coverage.glsl", "imagery.glsl", "patch_shade.frag"}};
-  ProgramRecipe meshPosition{
-      "the position buffer of meshes",
+                         {"frame.glsl", "place.glsl", "morph.glsl", "coverage.glsl", "shading_normal.glsl",
+                          "patch_position.frag"}};
+  ProgramRecipe meshShade{
+      "the ground of meshes",
       {"frame.glsl", "place.glsl", "mesh_patch.glsl", "mesh.vert"},
-      {"frame.glsl", "place.glsl", "mesh_patch.glsl", "coverage.glsl", "mesh_position.frag"}};
+      {"frame.glsl", "sky.glsl", "coverage.glsl", "imagery.glsl", "shading_normal.glsl", "patch_shade.frag"}};
+  ProgramRecipe meshPosition{"the position buffer of meshes",
+                             {"frame.glsl", "place.glsl", "mesh_patch.glsl", "mesh.vert"},
+                             {"frame.glsl", "place.glsl", "mesh_patch.glsl", "coverage.glsl",
+                              "shading_normal.glsl", "mesh_position.frag"}};
   ProgramRecipe meshLine{"the sides of meshes' triangles",
                          {"frame.glsl", "place.glsl", "mesh_patch.glsl", "mesh.vert"},
                          {"frame.glsl", "sky.glsl", "coverage.glsl", "mesh_line.frag"}};
@@ -42,6 +45,12 @@ struct ProgramRecipes {
   ProgramRecipe present{
       "the finished picture", {"frame.glsl", "fullscreen.vert"}, {"frame.glsl", "present.frag"}};
   ProgramRecipe line{"lines", {"line.vert"}, {"line.frag"}};
+  ProgramRecipe shrink{"the finished scene", {"frame.glsl", "fullscreen.vert"}, {"shrink.frag"}};
+  ProgramRecipe groundLines{
+      "lines on the ground", {"frame.glsl", "fullscreen.vert"}, {"frame.glsl", "ground_lines.frag"}};
+  /// Of a caller's pass, whose own text comes between the two files of the fragment stage.
+  ProgramRecipe groundPass{
+      "a pass", {"frame.glsl", "fullscreen.vert"}, {"ground_pass.glsl", "ground_pass.frag"}};
 };
 
 /// Compiles and links a recipe; its FrameBlock reads from kFrameBinding.

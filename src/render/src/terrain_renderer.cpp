@@ -10,6 +10,7 @@
 #include "mesh_store.h"
 #include "patch_drawer.h"
 #include "patch_instances.h"
+#include "picture_stages.h"
 #include "sample_plan.h"
 #include "shader_library.h"
 #include "terrane/gpu/timer.h"
@@ -101,6 +102,7 @@ struct TerrainRenderer::Parts {
         imagery(owner),
         meshes(owner),
         meshDrawer(owner),
+        stages(owner),
         timer(owner) {}
 
   gpu::Context& context;
@@ -110,6 +112,7 @@ struct TerrainRenderer::Parts {
   MeshStore meshes;
   PatchDrawer patches;
   MeshDrawer meshDrawer;
+  PictureStages stages;
   gpu::Buffer frameBlock{GL_UNIFORM_BUFFER};
   gpu::Buffer lineVertices{GL_ARRAY_BUFFER};
   gpu::VertexArray lines;
@@ -143,9 +146,13 @@ struct TerrainRenderer::Parts {
     tiles.refreshBorders();
     tiles.bind();
     imagery.bind();
+    bindBlock(block);
+    return out;
+  }
+
+  void bindBlock(const FrameBlock& block) {
     frameBlock.upload(&block, sizeof(block));
     glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frameBlock.name());
-    return out;
   }
 
   /// Draws the ground, shaded. Returns the number of draw calls.
@@ -170,16 +177,27 @@ struct TerrainRenderer::Parts {
     return calls + 1;
   }
 
-  /// Draws the places under pixels.
-  void drawPlaces(const Cut& cut) {
+  /// Draws the places under the pixels of `positions`. Returns the number of draw calls.
+  int drawPlaces(const Cut& cut, const DepthRange& depth) {
+    positions->bind();
+    beginDepth(context, depth);
+    glClearColor(0.0F, 0.0F, 0.0F, 0.0F);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    int calls = 0;
     if (cut.surface == SurfaceKind::Patches) {
       programs.position.use();
-      patches.draw(programs.position);
-      return;
+      calls = patches.draw(programs.position);
+    } else {
+      programs.meshPosition.use();
+      programs.meshPosition.setFloat("uNearer", 1.0F);
+      calls = meshDrawer.drawPlaces(programs.meshPosition, meshes);
     }
-    programs.meshPosition.use();
-    programs.meshPosition.setFloat("uNearer", 1.0F);
-    meshDrawer.drawPlaces(programs.meshPosition, meshes);
+    endDepth(context, depth);
+    return calls;
+  }
+  Status makePositions(const Camera& camera) {
+    return makeTarget(
+        positions, {.width = camera.width, .height = camera.height, .color = gpu::kRgba32F, .depth = true});
   }
 
   void drawSky(const DepthRange& depth) const {
@@ -219,12 +237,12 @@ struct TerrainRenderer::Parts {
     glDisable(GL_BLEND);
   }
 
-  void present(const SceneTargets& from, const gpu::Framebuffer& target) const {
+  void present(const gpu::Texture& from, int shrink, const gpu::Framebuffer& target) const {
     target.bind();
     glDisable(GL_DEPTH_TEST);
-    from.finished().color().bindToUnit(kSceneUnit);
+    from.bindToUnit(kSceneUnit);
     programs.present.setSampler("uScene", kSceneUnit);
-    programs.present.setInt("uShrink", from.plan.shrink);
+    programs.present.setInt("uShrink", shrink);
     nothing.bind();
     glDrawArrays(GL_TRIANGLES, 0, 3);
     glBindVertexArray(0);
@@ -302,7 +320,8 @@ size_t TerrainRenderer::tileCount() const {
   return parts_->tiles.tileCount();
 }
 size_t TerrainRenderer::gpuBytes() const {
-  return parts_->tiles.gpuBytes() + parts_->imagery.gpuBytes() + parts_->meshes.gpuBytes();
+  return parts_->tiles.gpuBytes() + parts_->imagery.gpuBytes() + parts_->meshes.gpuBytes() +
+         parts_->stages.lines.gpuBytes();
 }
 
 Status TerrainRenderer::uploadImagery(TileId id, std::span<const uint8_t> rgba) {
@@ -317,6 +336,23 @@ bool TerrainRenderer::hasImagery(TileId id) const {
 }
 void TerrainRenderer::dropImagery(TileId id) {
   parts_->imagery.drop(id);
+}
+
+Status TerrainRenderer::setLines(std::span<const GroundLine> lines) {
+  return parts_->stages.lines.set(lines);
+}
+Status TerrainRenderer::setPass(const std::string& name, std::string_view fragment, glm::dvec3 originLocal) {
+  return parts_->stages.passes.set(name, fragment, originLocal);
+}
+void TerrainRenderer::movePass(const std::string& name, glm::dvec3 originLocal) {
+  parts_->stages.passes.move(name, originLocal);
+}
+void TerrainRenderer::removePass(const std::string& name) {
+  parts_->stages.passes.remove(name);
+}
+Status TerrainRenderer::setPassUniform(const std::string& name, const std::string& uniform,
+                                       std::span<const float> values) {
+  return parts_->stages.passes.setUniform(name, uniform, values);
 }
 
 Result<DrawStatistics> TerrainRenderer::draw(const Cut& cut, const Frame& frame, const Camera& camera,
@@ -349,7 +385,20 @@ Result<DrawStatistics> TerrainRenderer::draw(const Cut& cut, const Frame& frame,
   if (style.frustum) parts.drawFrustum(*style.frustum, camera, depth, targets.plan.shrink);
   endDepth(parts.context, depth);
   if (targets.resolved) targets.scene.resolveInto(*targets.resolved);
-  parts.present(targets, target);
+  const gpu::Texture* finished = &targets.finished().color();
+  int shrink = targets.plan.shrink;
+  if (!parts.stages.isEmpty()) {
+    // Stages see the picture's own pixels, and the place under each.
+    TERRANE_TRY(parts.makePositions(camera));
+    block.pixel.z = static_cast<float>(camera.width);
+    block.pixel.w = static_cast<float>(camera.height);
+    parts.bindBlock(block);
+    statistics.drawCalls += parts.drawPlaces(cut, depth);
+    TERRANE_ASSIGN(finished,
+                   parts.stages.run(*finished, shrink, parts.positions->color(), camera, style.exaggeration));
+    shrink = 1;
+  }
+  parts.present(*finished, shrink, target);
   parts.timer.end();
   TERRANE_TRY(parts.context.checkFrame("drawing a picture"));
 
@@ -372,25 +421,18 @@ Result<std::vector<glm::dvec3>> TerrainRenderer::drawPositions(const Cut& cut, c
                                                                const Camera& camera, double exaggeration) {
   Parts& parts = *parts_;
   TERRANE_CHECK(exaggeration > 0.0, "exaggeration {}", exaggeration);
-  TERRANE_TRY(parts.makeTarget(
-      parts.positions,
-      {.width = camera.width, .height = camera.height, .color = gpu::kRgba32F, .depth = true}));
+  TERRANE_TRY(parts.makePositions(camera));
   const DepthRange depth = chooseDepthRange(parts.context, frame, camera);
   RenderStyle style;
   style.exaggeration = exaggeration;
   FrameBlock block = makeFrameBlock(frame, camera, style, depth, 1);
   TERRANE_TRY(parts.prepare(cut, frame, camera, exaggeration, block));
 
-  parts.positions->bind();
-  beginDepth(parts.context, depth);
-  glClearColor(0.0F, 0.0F, 0.0F, 0.0F);
-  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  parts.drawPlaces(cut);
-  endDepth(parts.context, depth);
+  parts.drawPlaces(cut, depth);
   const std::vector<float> fromEye = parts.positions->readRgba32F();
   TERRANE_TRY(parts.context.checkErrors("drawing the position buffer"));
 
-  // Ground has alpha 1, the sky 0. Rasterisers interpolate with errors of their own: put back on the pixel's
+  // Ground has a normal, the sky 0. Rasterisers interpolate with errors of their own: put back on the pixel's
   // ray, only the depth's is left. Where the place is off the ray by more than that, a triangle is seen
   // edge-on and only its place is on the surface.
   constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <random>
 #include <unordered_map>
@@ -85,6 +86,27 @@ inline MadeUpWorld hillsWorld(int finestLevel, double spacing = 10.0) {
                  .finestLevel = finestLevel};
   world.height = hillsHeight;
   return world;
+}
+
+/// The height of the finest triangulation at a local point: the lattice's triangles, found by splitting
+/// cells.
+inline double surfaceHeight(const MadeUpWorld& world, glm::dvec2 local, int step) {
+  const glm::dvec2 sample = world.frame.sampleFromLocal(local) / static_cast<double>(step);
+  const auto x = static_cast<int64_t>(std::floor(sample.x));
+  const auto y = static_cast<int64_t>(std::floor(sample.y));
+  const double u = sample.x - static_cast<double>(x);
+  const double v = sample.y - static_cast<double>(y);
+  const auto h = [&](int64_t dx, int64_t dy) {
+    return static_cast<double>(world.height((x + dx) * step, (y + dy) * step));
+  };
+  // Right-angle patches put the diagonal of a cell from north-west to south-east where its coordinates sum up
+  // even.
+  if ((x + y) % 2 == 0) {
+    if (u >= v) return h(0, 0) + u * (h(1, 0) - h(0, 0)) + v * (h(1, 1) - h(1, 0));
+    return h(0, 0) + v * (h(0, 1) - h(0, 0)) + u * (h(1, 1) - h(0, 1));
+  }
+  if (u + v <= 1.0) return h(0, 0) + u * (h(1, 0) - h(0, 0)) + v * (h(0, 1) - h(0, 0));
+  return h(1, 1) + (1.0 - u) * (h(0, 1) - h(1, 1)) + (1.0 - v) * (h(1, 0) - h(1, 1));
 }
 
 /// Splits the world's diamonds wherever `wants` says so, and whatever must be split before them, down to

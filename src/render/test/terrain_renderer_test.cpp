@@ -10,6 +10,7 @@
 
 #include "made_up_world.h"
 #include "shader_library.h"
+#include "stage.h"
 
 namespace terrane {
 namespace {
@@ -17,30 +18,6 @@ namespace {
 constexpr int kWidth = 320;
 constexpr int kHeight = 200;
 const PatchGrid kGrid{.k = 4};
-
-/// A context with a renderer.
-struct Stage {
-  std::unique_ptr<gpu::Context> context;
-  std::unique_ptr<TerrainRenderer> renderer;
-
-  explicit Stage(const gpu::ContextOptions& options = {}) {
-    auto made = gpu::Context::createHeadless(options);
-    TERRANE_CHECK(made.ok(), "{}", made.error().message);
-    context = std::move(made).value();
-    auto drawing = TerrainRenderer::create(*context);
-    TERRANE_CHECK(drawing.ok(), "{}", drawing.error().message);
-    renderer = std::move(drawing).value();
-  }
-
-  void uploadAll(const MadeUpWorld& world, int deepestLevel) const {
-    for (int level = 0; level <= deepestLevel; ++level)
-      for (int row = 0; row < 1 << level; ++row)
-        for (int col = 0; col < 1 << level; ++col) {
-          const Status uploaded = renderer->uploadTile({level, col, row}, world.tile({level, col, row}));
-          TERRANE_CHECK(uploaded.ok(), "{}", uploaded.error().message);
-        }
-  }
-};
 
 /// Straight down onto part of the world: all that is in view is ground.
 Camera downOnto(const MadeUpWorld& world, double shareX, double shareY, double heightMeters) {
@@ -87,40 +64,22 @@ std::vector<uint8_t> drawn(const Stage& stage, const Cut& cut, const MadeUpWorld
   return std::move(picture->rgba);
 }
 
-/// The height of the finest triangulation at a local point: the lattice's triangles, found by splitting
-/// cells.
-double surfaceHeight(const MadeUpWorld& world, glm::dvec2 local, int step) {
-  const glm::dvec2 sample = world.frame.sampleFromLocal(local) / static_cast<double>(step);
-  const auto x = static_cast<int64_t>(std::floor(sample.x));
-  const auto y = static_cast<int64_t>(std::floor(sample.y));
-  const double u = sample.x - static_cast<double>(x);
-  const double v = sample.y - static_cast<double>(y);
-  const auto h = [&](int64_t dx, int64_t dy) {
-    return static_cast<double>(world.height((x + dx) * step, (y + dy) * step));
-  };
-  // Right-angle patches put the diagonal of a cell from north-west to south-east where its coordinates sum up
-  // even.
-  if ((x + y) % 2 == 0) {
-    if (u >= v) return h(0, 0) + u * (h(1, 0) - h(0, 0)) + v * (h(1, 1) - h(1, 0));
-    return h(0, 0) + v * (h(0, 1) - h(0, 0)) + u * (h(1, 1) - h(0, 1));
-  }
-  if (u + v <= 1.0) return h(0, 0) + u * (h(1, 0) - h(0, 0)) + v * (h(0, 1) - h(0, 0));
-  return h(1, 1) + (1.0 - u) * (h(0, 1) - h(1, 1)) + (1.0 - v) * (h(1, 0) - h(1, 1));
-}
-
 TEST(Shaders, AllCompileInBothDialects) {
   for (const gpu::Api api : {gpu::Api::OpenGl, gpu::Api::OpenGlEs}) {
     auto context = gpu::Context::createHeadless({.api = api});
     ASSERT_TRUE(context.ok()) << context.error().message;
     const ProgramRecipes all;
     std::vector<std::string_view> used;
-    for (const ProgramRecipe* recipe : {&all.shade, &all.position, &all.meshShade, &all.meshPosition,
-                                        &all.meshLine, &all.sky, &all.present, &all.line}) {
+    for (const ProgramRecipe* recipe :
+         {&all.shade, &all.position, &all.meshShade, &all.meshPosition, &all.meshLine, &all.sky, &all.present,
+          &all.line, &all.shrink, &all.groundLines}) {
       const auto program = makeProgram(**context, *recipe);
       EXPECT_TRUE(program.ok()) << program.error().message;
       used.insert(used.end(), recipe->vertex.begin(), recipe->vertex.end());
       used.insert(used.end(), recipe->fragment.begin(), recipe->fragment.end());
     }
+    // Passes are compiled where a caller's text is between their files.
+    used.insert(used.end(), all.groundPass.fragment.begin(), all.groundPass.fragment.end());
     for (const gpu::ShaderFile& file : shaderFiles()) {
       // Those that compute are for desktop OpenGL alone, and have tests of their own.
       if (file.name.ends_with(".comp")) continue;

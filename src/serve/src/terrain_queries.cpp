@@ -6,8 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "geographic.h"
-#include "line_of_sight.h"
+#include "terrane/engine/line_of_sight.h"
 #include "terrane/engine/surface.h"
+#include "terrane/engine/surface_profile.h"
 
 namespace terrane::serve {
 namespace {
@@ -57,11 +58,6 @@ glm::dvec2 crsFromSample(const Frame& frame, glm::dvec2 sample) {
   return glm::dvec2(frame.crsFromLocal({frame.localFromSample(sample), 0.0}));
 }
 
-double metersBetween(const Frame& frame, glm::dvec2 a, glm::dvec2 b) {
-  const glm::dvec2 d = frame.localFromSample(b) - frame.localFromSample(a);
-  return std::hypot(d.x, d.y);
-}
-
 Json begin(const Manifest& manifest) {
   return {{"dataset", manifest.name},
           {"crs", manifest.crsName},
@@ -81,25 +77,14 @@ Result<Json> elevations(Surface& surface, const std::vector<glm::dvec2>& places)
 /// `count` places along a line of straight legs, at equal distances, both ends included.
 Result<Json> profile(Surface& surface, const Frame& frame, const std::vector<glm::dvec2>& corners,
                      size_t count) {
-  std::vector<double> ends{0.0};  // of the legs, metres from the beginning
-  for (size_t i = 1; i < corners.size(); ++i)
-    ends.push_back(ends.back() + metersBetween(frame, corners[i - 1], corners[i]));
+  TERRANE_ASSIGN(const auto points, profileAlong(surface, frame, corners, count));
   Json distances = Json::array(), heights = Json::array();
-  size_t leg = 1;
-  for (size_t i = 0; i < count; ++i) {
-    const bool last = i + 1 == count;
-    const double distance =
-        last ? ends.back() : ends.back() * static_cast<double>(i) / static_cast<double>(count - 1);
-    while (leg + 1 < corners.size() && ends[leg] < distance) ++leg;
-    const double length = ends[leg] - ends[leg - 1];
-    const double share = last ? 1.0 : length > 0.0 ? (distance - ends[leg - 1]) / length : 0.0;
-    const glm::dvec2 place =
-        last ? corners.back() : corners[leg - 1] + share * (corners[leg] - corners[leg - 1]);
-    TERRANE_ASSIGN(const auto height, surface.heightAt(place));
-    distances.push_back(distance);
-    heights.push_back(orNull(height));
+  for (const ProfilePoint& point : points) {
+    distances.push_back(point.distanceMeters);
+    heights.push_back(orNull(point.height));
   }
-  return Json{{"lengthMeters", ends.back()}, {"distancesMeters", distances}, {"heightsMeters", heights}};
+  const double length = points.empty() ? 0.0 : points.back().distanceMeters;
+  return Json{{"lengthMeters", length}, {"distancesMeters", distances}, {"heightsMeters", heights}};
 }
 
 /// One line of sight. `pieces`: how many triangles the question may still cross.

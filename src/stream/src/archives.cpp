@@ -27,8 +27,9 @@ FetchRequest Archives::request(int file, uint64_t offset, uint64_t bytes) const 
   return {archive.name, offset, bytes, false, archive.bytes};
 }
 
-FetchRequest Archives::firstBytes(int file) const {
-  return request(file, 0, std::min(files_[static_cast<size_t>(file)].bytes, PmtilesIndex::kFirstBytes));
+FetchRequest Archives::firstBytes(int file, uint64_t bytes) const {
+  const uint64_t most = std::max(bytes, PmtilesIndex::kFirstBytes);
+  return request(file, 0, std::min(files_[static_cast<size_t>(file)].bytes, most));
 }
 
 Status Archives::setFirstBytes(int file, const std::vector<uint8_t>& bytes) {

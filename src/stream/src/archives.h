@@ -24,8 +24,8 @@ class Archives {
   static int fileOf(const TileKey& key) { return key.layer + 1; }
   /// A request for bytes of an archive.
   FetchRequest request(int file, uint64_t offset, uint64_t bytes) const;
-  /// The archive's first bytes, which hold its root directory.
-  FetchRequest firstBytes(int file) const;
+  /// The archive's first bytes, which hold its root directory: so many, if these are more; tiles follow.
+  FetchRequest firstBytes(int file, uint64_t bytes) const;
   Status setFirstBytes(int file, const std::vector<uint8_t>& bytes);
   bool isOpen(int file) const { return files_[static_cast<size_t>(file)].index.has_value(); }
 

@@ -20,7 +20,7 @@ std::vector<PlannedRequest> planRequests(std::span<const FetchCandidate> candida
   std::vector<bool> taken(candidates.size(), false);
   uint64_t bytes = 0;
   for (size_t next = 0; next < candidates.size(); ++next) {
-    if (taken[next]) continue;
+    if (taken[next] || candidates[next].along) continue;
     if (static_cast<int>(out.size()) >= limits.requests || (!out.empty() && bytes >= limits.bytes)) break;
     const FetchCandidate& first = candidates[next];
     taken[next] = true;
@@ -31,13 +31,13 @@ std::vector<PlannedRequest> planRequests(std::span<const FetchCandidate> candida
     const auto mayJoin = [&](size_t index) {
       const FetchCandidate& other = candidates[index];
       if (taken[index] || other.alone || first.alone || other.file != first.file) return false;
-      if (other.worthPerByte < limits.leastShare * first.worthPerByte) return false;
       const uint64_t otherEnd = other.offset + other.bytes;
       const uint64_t gap = other.offset >= end ? other.offset - end
                            : begin >= otherEnd ? begin - otherEnd
                                                : 0;
-      return gap <= limits.largestGap &&
-             std::max(end, otherEnd) - std::min(begin, other.offset) <= limits.bytesARequest;
+      const uint64_t together = std::max(end, otherEnd) - std::min(begin, other.offset);
+      return gap <= limits.largestGap && together <= limits.bytesARequest &&
+             (together <= limits.easyBytes || other.worthPerByte >= limits.leastShare * first.worthPerByte);
     };
     PlannedRequest request{first.file, 0, 0, {next}};
     size_t low = rank[next], high = rank[next];
@@ -55,6 +55,9 @@ std::vector<PlannedRequest> planRequests(std::span<const FetchCandidate> candida
         grew = true;
       }
     }
+    const bool mayWait = std::all_of(request.candidates.begin(), request.candidates.end(),
+                                     [&](size_t index) { return candidates[index].mayWait; });
+    if (mayWait && end - begin < limits.worthStarting) continue;
     std::sort(request.candidates.begin(), request.candidates.end(),
               [&](size_t a, size_t b) { return candidates[a].offset < candidates[b].offset; });
     request.offset = begin;

@@ -31,6 +31,7 @@ struct ShelfEntry {
   bool lost = false;       ///< given up, at least until notBefore
   int decodedChildren = 0;
   uint64_t lastWanted = 0;    ///< turn
+  double wantedSince = 0.0;   ///< seconds, without a turn in between
   double keepPriority = 0.0;  ///< of the payload, GreedyDual-Size
 
   bool isDecoded() const { return tile != nullptr || picture != nullptr; }

@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -31,6 +32,20 @@ constexpr double kPartSeconds = 0.5;
 /// Over a line thinner than that roots come in parts, their beginnings before all else. Of a quick line with
 /// a latency of 0.2 s manifest and directories say twice as much.
 constexpr double kThinBytesPerSecond = 32e3;
+/// Over a line that brought the manifest at least as quickly, the coarsest tiles come along with directories:
+/// so much is asked for first. note: of so small an answer a quick line looks much slower than it is.
+constexpr double kQuickBytesPerSecond = 2.0 * kThinBytesPerSecond;
+/// Groups are the tiles so many levels below one tile: sixteen that lie together in the archive.
+constexpr int kGroupLevels = 2;
+/// For so long a request may have the line: what is urgent by then waits for it.
+constexpr double kHoldSeconds = 0.2;
+/// Bytes that nobody wants and a request that brings as many are worth the same: the line's for so long.
+constexpr double kGapSeconds = 0.004;
+/// What may wait does so until a request would have the line for so long, but no longer than that.
+constexpr double kWorthStartingSeconds = 0.02;
+constexpr double kLongestWaitSeconds = 2.0;
+/// Wishes with less chance than that are for later.
+constexpr double kSoonChance = 0.4;
 /// Of what a wish is worth at least, per pixel: once all else is here, targets are met as well.
 constexpr double kLeastWorth = 0.01;
 
@@ -141,6 +156,7 @@ class TileStream::State {
     TileKey key;
     double worthPerByte = 0.0;
     bool isUrgent = true;  ///< of use now; else only perhaps, later
+    double chance = 1.0;   ///< the wish's
   };
   /// Manifest, first bytes and directories have their own few tries.
   struct Tries {
@@ -172,6 +188,8 @@ class TileStream::State {
       case What::FirstBytes:
         if (const Status status = archives_.setFirstBytes(request.plan.file, answer.bytes); !status.ok())
           retryOrFail(request, status.error().message);
+        else
+          keepFirstTiles(request.plan.file, answer.bytes);
         break;
       case What::Directory:
         if (const Status status = archives_.addDirectory(request.plan.file, request.places[0], answer.bytes);
@@ -181,6 +199,22 @@ class TileStream::State {
       case What::Tiles:
         takeTiles(request, answer.bytes);
         break;
+    }
+  }
+
+  /// The root, and what else of the coarsest tiles came along with an archive's first bytes.
+  void keepFirstTiles(int file, const std::vector<uint8_t>& bytes) {
+    std::vector<TileId> tiles = {TileId{}};
+    for (size_t i = 0; i < tiles.size(); ++i) {
+      const TileKey key{file - 1, tiles[i]};
+      const PmtilesIndex::Found found = archives_.find(key);
+      if (found.kind != PmtilesIndex::Kind::Stored || found.place.offset + found.place.bytes > bytes.size())
+        continue;
+      const auto begin = bytes.begin() + static_cast<ptrdiff_t>(found.place.offset);
+      shelf_.setPayload(key, {begin, begin + static_cast<ptrdiff_t>(found.place.bytes)},
+                        fetchCost(found.place.bytes));
+      ++statistics_.tilesReceived;
+      for (int quadrant = 0; quadrant < 4; ++quadrant) tiles.push_back(key.tile.child(quadrant));
     }
   }
 
@@ -349,7 +383,8 @@ class TileStream::State {
       if (archives_.isOpen(file)) continue;
       allOpen = false;
       if (!mayStart() || !isDue(file) || isUnderway(What::FirstBytes, file, 0)) continue;
-      const FetchRequest request = archives_.firstBytes(file);
+      const FetchRequest request = archives_.firstBytes(
+          file, line_.bytesPerSecond() >= kQuickBytesPerSecond ? options_.firstBytes : 0);
       start({.what = What::FirstBytes, .plan = {file, 0, request.bytes, {}}, .keys = {}, .places = {}},
             request);
     }
@@ -413,8 +448,9 @@ class TileStream::State {
       for (auto at = chain.rbegin(); at != chain.rend(); ++at) {
         ShelfEntry& entry = shelf_.at(*at);
         if (entry.lastWanted == turn_) continue;
+        if (entry.lastWanted + 1 < turn_) entry.wantedSince = now_;
         entry.lastWanted = turn_;
-        ranked_.push_back({*at, wish.worthPerByte, wish.isUrgent});
+        ranked_.push_back({*at, wish.worthPerByte, wish.isUrgent, wishes_[wish.index].chance});
       }
     }
   }
@@ -571,6 +607,52 @@ class TileStream::State {
     return entry.isDecoded() || entry.payload != nullptr || !entry.beginning.empty();
   }
 
+  /// May a wish wait for others that share a request with it? What is for later may, as long as it is not
+  /// old; what is of use now may for as long as an answer takes, while others are under way.
+  bool mayWait(const Ranked& ranked, const ShelfEntry& entry) const {
+    if (options_.inOrder) return false;
+    const double waited = now_ - entry.wantedSince;
+    if (ranked.chance < kSoonChance) return waited < kLongestWaitSeconds;
+    return !underway_.empty() && waited < line_.latencySeconds();
+  }
+
+  /// Tiles of one group lie together in the archive. Where half of a group is here or wanted, the rest of it
+  /// may come along: it will most likely be wanted next, and by itself each tile would take a request.
+  void addGroups(std::vector<FetchCandidate>& candidates, std::vector<TileKey>& keys,
+                 std::vector<Missing>& missing) {
+    std::set<TileKey> groups;
+    for (size_t i = 0; i < keys.size(); ++i) {
+      if (keys[i].tile.level < kGroupLevels || candidates[i].alone) continue;
+      groups.insert({keys[i].layer, keys[i].tile.ancestor(keys[i].tile.level - kGroupLevels)});
+    }
+    for (const TileKey& group : groups) {
+      int stored = 0, known = 0;
+      std::vector<std::pair<TileKey, PmtilesIndex::Place>> others;
+      const int side = 1 << kGroupLevels;
+      for (int i = 0; i < side * side; ++i) {
+        const TileKey key{group.layer,
+                          {group.tile.level + kGroupLevels, group.tile.col * side + i % side,
+                           group.tile.row * side + i / side}};
+        const PmtilesIndex::Found found = archives_.find(key);
+        if (found.kind != PmtilesIndex::Kind::Stored) continue;
+        ++stored;
+        const ShelfEntry* entry = shelf_.find(key);
+        const bool isHere =
+            entry != nullptr && (entry->isDecoded() || entry->payload != nullptr || entry->request != 0);
+        if (isHere || (entry != nullptr && entry->lastWanted == turn_))
+          ++known;
+        else if (entry == nullptr || (entry->failures == 0 && !entry->lost))
+          others.emplace_back(key, found.place);
+      }
+      if (2 * known < stored) continue;
+      for (const auto& [key, place] : others) {
+        candidates.push_back({Archives::fileOf(key), place.offset, place.bytes, 0.0, false, true, true});
+        keys.push_back(key);
+        missing.push_back({place, false});
+      }
+    }
+  }
+
   /// Asks for what is wanted and not here, as much as the line can use.
   void startFetching() {
     if (!mayStart()) return;
@@ -589,10 +671,12 @@ class TileStream::State {
       missing.push_back(missingOf(ranked.key, entry, found.place));
       const bool isByItself = entry.alone || missing.back().isPart || !entry.beginning.empty();
       candidates.push_back({Archives::fileOf(ranked.key), missing.back().place.offset,
-                            missing.back().place.bytes, ranked.worthPerByte, isByItself});
+                            missing.back().place.bytes, ranked.worthPerByte, isByItself,
+                            mayWait(ranked, entry), false});
       keys.push_back(ranked.key);
     }
 
+    if (!first && !options_.inOrder) addGroups(candidates, keys, missing);
     uint64_t underway = 0;
     for (const auto& [id, request] : underway_) underway += request.plan.bytes;
     const uint64_t useful = options_.inOrder ? UINT64_MAX : line_.usefulBytesUnderway();
@@ -601,7 +685,14 @@ class TileStream::State {
     limits.bytes = useful - underway;
     limits.requests = (isOffline() ? 1 : options_.mostRequests) - static_cast<int>(underway_.size());
     // A request should not hold up what becomes urgent while it is on its way.
-    limits.bytesARequest = std::clamp<uint64_t>(useful / 2, 16U << 10, 256U << 10);
+    const auto bytesOf = [&](double seconds) {
+      return static_cast<uint64_t>(seconds * line_.bytesPerSecond());
+    };
+    limits.bytesARequest =
+        std::clamp<uint64_t>(std::min(useful, bytesOf(kHoldSeconds)), 16U << 10, 512U << 10);
+    limits.easyBytes = bytesOf(kHoldSeconds);
+    limits.largestGap = std::clamp<uint64_t>(bytesOf(kGapSeconds), 4U << 10, 64U << 10);
+    limits.worthStarting = bytesOf(kWorthStartingSeconds);
     for (PlannedRequest& plan : planRequests(candidates, limits)) {
       Underway request;
       FetchRequest fetch = archives_.request(plan.file, plan.offset, plan.bytes);

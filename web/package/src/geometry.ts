@@ -87,3 +87,44 @@ export function viewBetween(eye: Vector, target: Vector, fov: number, world: Wor
     fov,
   };
 }
+
+/** Of the canvas's width and height, what an overview fills. */
+const kFill = 0.92;
+/** An overview looks down so steeply. */
+const kOverviewTilt = 34 * kDegrees;
+
+/** A view from the south that sees all corners, around `middle`, close to filling the canvas. */
+export function viewOfCorners(corners: Vector[], middle: Vector, fov: number, canvas: Canvas, world: WorldScale): View {
+  const back: Vector = [0, -Math.cos(kOverviewTilt), Math.sin(kOverviewTilt)];
+  const size = Math.max(...corners.map((corner) => length(subtract(corner, middle))), 1);
+  let target = middle;
+  let view = viewBetween(add(target, scale(back, size)), target, fov, world);
+  // Far ground takes less of the picture than near ground: where the middle has to be shows by trying.
+  for (let turn = 0; turn < 6; ++turn) {
+    const at = (far: number): View => viewBetween(add(target, scale(back, far)), target, fov, world);
+    const extent = (from: View): { width: number; low: number; high: number } | null => {
+      const pixels = corners.map((corner) => pixelOf(from, canvas, world, corner));
+      if (pixels.some((pixel) => pixel === null)) return null;
+      const xs = pixels.map((pixel) => Math.abs(pixel!.x - canvas.width / 2));
+      const ys = pixels.map((pixel) => pixel!.y);
+      return { width: 2 * Math.max(...xs), low: Math.min(...ys), high: Math.max(...ys) };
+    };
+    const fits = (far: number): boolean => {
+      const seen = extent(at(far));
+      return seen !== null && seen.width <= kFill * canvas.width && seen.high - seen.low <= kFill * canvas.height;
+    };
+    let [near, far] = [0.01 * size, 200 * size];
+    for (let i = 0; i < 40; ++i) {
+      const between = Math.sqrt(near * far);
+      if (fits(between)) far = between;
+      else near = between;
+    }
+    view = at(far);
+    const seen = extent(view);
+    if (seen === null) break;
+    const metersPerPixel = (2 * far * Math.tan((fov * kDegrees) / 2)) / canvas.height;
+    const offCentre = canvas.height / 2 - (seen.low + seen.high) / 2;
+    target = add(target, [0, (0.8 * offCentre * metersPerPixel) / Math.sin(kOverviewTilt), 0]);
+  }
+  return view;
+}

@@ -11,7 +11,7 @@ import type { Engine, EngineReport, EngineView } from "./engine.js";
 import { Events } from "./events.js";
 import { FlightRecorder } from "./flight_recorder.js";
 import {
-  type Vector, add, basisOf, clamp, kSteepestPitch, pixelOf, scale, viewBetween, worldFromPlace, wrapHeading,
+  type Vector, add, basisOf, clamp, kSteepestPitch, pixelOf, scale, viewBetween, viewOfCorners, worldFromPlace, wrapHeading,
 } from "./geometry.js";
 import { packLines } from "./ground_lines.js";
 import { type Motion, glide } from "./motion.js";
@@ -504,23 +504,8 @@ class TerraneViewer implements Viewer {
     const high = worldFromPlace({ easting: box.east, northing: box.north, height: info.maxHeight }, world);
     const corners: Vector[] = [];
     for (let i = 0; i < 8; ++i) corners.push([i & 1 ? high[0] : low[0], i & 2 ? high[1] : low[1], i & 4 ? high[2] : low[2]]);
-    const middle = scale(add(low, high), 0.5);
     const canvas = { width: Math.max(1, this.canvas.clientWidth), height: Math.max(1, this.canvas.clientHeight) };
-    const direction: Vector = [0, -Math.cos(0.6), Math.sin(0.6)];
-    const from = (far: number): View => viewBetween(add(middle, scale(direction, far)), middle, this.current.fov, world);
-    const fits = (far: number): boolean =>
-      corners.every((corner) => {
-        const at = pixelOf(from(far), canvas, world, corner);
-        return at !== null && Math.abs(at.x / canvas.width - 0.5) < 0.47 && Math.abs(at.y / canvas.height - 0.5) < 0.45;
-      });
-    const size = Math.max(Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]), 1);
-    let [near, far] = [0.01 * size, 100 * size];
-    for (let i = 0; i < 40; ++i) {
-      const between = Math.sqrt(near * far);
-      if (fits(between)) far = between;
-      else near = between;
-    }
-    return from(far);
+    return viewOfCorners(corners, scale(add(low, high), 0.5), this.current.fov, canvas, world);
   }
 
   get controls(): "map" | "fly" | "none" {

@@ -19,6 +19,12 @@ export function formatDistance(meters: number): string {
   return `${formatNumber(meters, size < 100 ? 1 : 0)} m`;
 }
 
+/** A place on an axis with such steps: no more digits than tell it from its neighbours. */
+export function formatTick(meters: number, step: number): string {
+  if (step >= 1000 || meters >= 10_000) return `${formatNumber(meters / 1000, step % 1000 === 0 ? 0 : 1)} km`;
+  return meters >= 1000 ? `${formatNumber(meters / 1000, step % 100 === 0 ? 1 : 2)} km` : `${formatNumber(meters, step < 1 ? 1 : 0)} m`;
+}
+
 export function formatArea(squareMeters: number): string {
   if (squareMeters >= 1e6) return `${formatNumber(squareMeters / 1e6, squareMeters < 1e8 ? 2 : 0)} km²`;
   if (squareMeters >= 1e5) return `${formatNumber(squareMeters / 1e4, 1)} ha`;

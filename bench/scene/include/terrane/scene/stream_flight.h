@@ -29,6 +29,8 @@ struct StreamFlightOptions {
   bool begunAtRest = true;  ///< what the first camera needs has come before; else only directories have
   bool draw = true;         ///< draw positions in each frame and count cracks
   int errorEvery = 6;       ///< frames between those whose error is measured; 0: none
+  /// Wraps the line, to look at what is asked for.
+  std::function<std::unique_ptr<Transport>(std::unique_ptr<Transport>)> wrapLine;
   /// Looks at the view after each frame of the flight.
   std::function<void(const TerrainView&)> afterFrame;
   /// Pictures to look at: PREFIX_SECONDS.png of the first frames at or after these times.

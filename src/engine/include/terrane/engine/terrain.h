@@ -4,12 +4,15 @@
 #include <glm/vec3.hpp>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "terrane/base/result.h"
 #include "terrane/engine/tile_pool.h"
 #include "terrane/lod/select_patches.h"
+#include "terrane/render/ground_lines.h"
 #include "terrane/render/render_style.h"
 #include "terrane/tiling/overview.h"
 
@@ -85,6 +88,10 @@ class Terrain {
   /// list: none. Error: there is no such layer.
   Status showImagery(const std::vector<std::string>& names);
 
+  /// Lines on the ground and passes over it, as TerrainRenderer has them.
+  Status setLines(std::span<const GroundLine> lines);
+  Status setPass(const std::string& name, std::string_view fragment, glm::dvec3 originLocal);
+
   /// Draws a cut. `cut` may have been selected for another camera.
   Result<Picture> draw(const Cut& cut, const Camera& camera, const RenderStyle& style);
   /// Where the ground is under every pixel, single-sampled. `exaggeration` is that of the camera's world;
@@ -99,6 +106,7 @@ class Terrain {
  private:
   struct State;
   explicit Terrain(std::unique_ptr<State> state);
+  Status startDrawing();
   Status prepareDrawing(const Cut& cut);
   Status prepareImagery(const Camera& camera, const RenderStyle& style);
   std::unique_ptr<State> state_;

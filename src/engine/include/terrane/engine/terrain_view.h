@@ -2,11 +2,15 @@
 
 #include <cstdint>
 #include <functional>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "terrane/engine/frame_control.h"
+#include "terrane/engine/surface.h"
 #include "terrane/lod/select_patches.h"
 #include "terrane/render/terrain_renderer.h"
 #include "terrane/stream/tile_stream.h"
@@ -90,6 +94,22 @@ class TerrainView {
   void setFrameControl(const FrameControl::Options& options);
   void frameTook(double frameSeconds, double elapsedSeconds);
   void setShowImagery(bool show);
+  /// Which of the dataset's imagery layers are shown, by their names; at first all. What is on the GPU is
+  /// composed anew, and seen as it was until then. Error: there is no such layer; before the view is Ready
+  /// nobody knows, and those that turn out not to exist are passed over.
+  Status setImageryLayers(const std::vector<std::string>& names);
+
+  /// The finest ground that has come, to ask questions of until the next update(); only when Ready. Heights
+  /// are not exaggerated.
+  Surface surface() const;
+  /// The height there, local metres, or nothing: no ground, or nothing is here yet.
+  std::optional<double> heightAt(glm::dvec2 local) const;
+  /// How far that height may be off the full-resolution source, metres: a bound.
+  std::optional<double> errorAt(glm::dvec2 local) const;
+  /// The ground under a pixel of a camera's picture (pixel coordinates, centres at .5), local metres, height
+  /// not exaggerated: where the pixel's ray first meets the finest ground that has come, exactly. Drawn
+  /// ground is within tau pixels of it. Nothing: it meets none. Well below a millisecond.
+  std::optional<glm::dvec3> pick(const Camera& camera, glm::dvec2 pixel) const;
 
   /// Everything that this camera wishes for, as far as it can be had, is drawn, and nothing fades in.
   bool isSettled() const;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +38,16 @@ class Program {
   void setSampler(const char* uniform, int unit) const;
   void setInt(const char* uniform, int value) const;
   void setFloat(const char* uniform, float value) const;
+  /// A vec2 to vec4, or an ivec2 to ivec4, by the number of values.
+  void setFloats(const char* uniform, std::span<const float> values) const;
+  void setInts(const char* uniform, std::span<const int> values) const;
+  /// A uniform outside of blocks that is there, as the driver tells it.
+  struct Uniform {
+    std::string name;
+    GLenum type = 0;
+    int count = 1;  ///< of an array
+  };
+  std::vector<Uniform> uniforms() const;
   /// Lets the uniform block read from a binding point; unknown blocks are ignored.
   void bindBlock(const char* block, int bindingPoint) const;
 

@@ -6,6 +6,8 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "terrane/base/result.h"
@@ -14,6 +16,7 @@
 #include "terrane/gpu/context.h"
 #include "terrane/gpu/framebuffer.h"
 #include "terrane/lod/cut.h"
+#include "terrane/render/ground_lines.h"
 #include "terrane/render/prepare_tile.h"
 #include "terrane/render/render_style.h"
 #include "terrane/tiling/camera.h"
@@ -26,7 +29,7 @@ struct DrawStatistics {
   int64_t patches = 0;
   int64_t triangles = 0;
   int tiles = 0;                     ///< different tiles that heights were read from
-  int drawCalls = 0;                 ///< of the terrain; sky, lines and finishing not counted
+  int drawCalls = 0;                 ///< of the terrain, its places included where lines or passes need them
   int samples = 1;                   ///< a pixel
   std::optional<double> gpuSeconds;  ///< where the driver can tell
 };
@@ -74,6 +77,27 @@ class TerrainRenderer {
   /// `rgba`: width x height of the rectangle whose first texel is (x, y) of kImageryUploadSide squared.
   void updateImagery(TileId id, int x, int y, int width, int height, std::span<const uint8_t> rgba);
   void dropImagery(TileId id);
+
+  /// Replaces all lines that lie on the ground; later ones lie over earlier ones. They are exact to the
+  /// pixel: each pixel asks which segments are near the place under it, so the ground hides what is behind
+  /// it. The first call compiles the shader. While there are any, frames draw the ground a second time,
+  /// unlit. Errors: the GPU cannot hold them; then there are none.
+  Status setLines(std::span<const GroundLine> lines);
+
+  /// Adds a stage of the caller's own over the finished ground and its lines, or replaces the one of that
+  /// name in its place: GLSL ES 3.00 that defines `vec3 apply(Ground ground)`, which returns linear colour
+  /// (src/render/shaders/ground_pass.glsl says what a Ground is), with uniforms of its own: float, vec2,
+  /// vec3, vec4. Passes run in the order of their adding. `originLocal`: what `ground.place` counts from, its
+  /// height as the data has it. Error: the compiler's words, with the lines of `fragment`; then what was
+  /// there before stays.
+  Status setPass(const std::string& name, std::string_view fragment, glm::dvec3 originLocal);
+  /// Another origin for a pass that is there.
+  void movePass(const std::string& name, glm::dvec3 originLocal);
+  /// Nothing happens where there is none.
+  void removePass(const std::string& name);
+  /// One number to four; 0 before. A uniform that the pass does not use is passed over. Errors: no such pass,
+  /// another count of numbers.
+  Status setPassUniform(const std::string& name, const std::string& uniform, std::span<const float> values);
 
   /// Draws a cut into `target`, an RGBA8 picture of the camera's size: sRGB, opaque. Every patch's tile, and
   /// its meshes, must be there; a shading tile that is not is replaced by its nearest ancestor.

@@ -12,7 +12,9 @@ struct FetchCandidate {
   uint64_t offset = 0;
   uint64_t bytes = 0;
   double worthPerByte = 0.0;
-  bool alone = false;  ///< not together with others
+  bool alone = false;    ///< not together with others
+  bool mayWait = false;  ///< not needed before others that may join it
+  bool along = false;    ///< not wanted by itself: joins others at most
 };
 
 /// One request for several neighbours.
@@ -29,6 +31,8 @@ struct RequestLimits {
   uint64_t bytesARequest = 128U << 10;
   uint64_t largestGap = 4096;  ///< bytes that nobody wants, fetched along to save a request
   double leastShare = 0.1;     ///< of the first one's worth a byte that a neighbour must have
+  uint64_t easyBytes = 0;      ///< up to so many in a request a neighbour joins whatever it is worth
+  uint64_t worthStarting = 0;  ///< bytes without which a request is not started if all in it may wait
 };
 
 /// Which requests to start, most urgent first. `candidates` stand in the order in which they are wanted;

@@ -22,7 +22,9 @@ struct StreamWish {
   double afterPixels = 0.0;   ///< the same once it is
   double targetPixels = 1.0;  ///< what is aimed at
   double areaPixels = 0.0;    ///< of the picture, that it concerns
-  double chance = 1.0;  ///< that it is seen when it arrives; below 1: fetched when nothing else is wanted
+  /// That it is seen when it arrives. Below 1: fetched when nothing else is wanted. Well below a half: for
+  /// later, so it may wait a second or two for others that come with the same request.
+  double chance = 1.0;
 };
 
 struct StreamOptions {
@@ -30,6 +32,7 @@ struct StreamOptions {
   uint64_t decodedBytes = 256U << 20;    ///< kept decoded, elevation; what is in use stays whatever this says
   uint64_t pictureBytes = 64U << 20;     ///< kept decoded, imagery
   int mostRequests = 12;                 ///< at once
+  uint64_t firstBytes = 64U << 10;       ///< of an archive, over a quick line: its coarsest tiles come along
   bool inOrder = false;  ///< fetch in the order of the wishes, all at once, whole: for comparison
 };
 

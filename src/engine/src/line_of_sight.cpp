@@ -1,9 +1,9 @@
-#include "line_of_sight.h"
+#include "terrane/engine/line_of_sight.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace terrane::serve {
+namespace terrane {
 namespace {
 
 /// How far the ground may stand above the line and still be called level with it: rounding, no more.
@@ -55,4 +55,4 @@ SightResult lookAlong(std::span<const SurfacePiece> pieces, const SightLine& lin
   return result;
 }
 
-}  // namespace terrane::serve
+}  // namespace terrane

@@ -1,4 +1,4 @@
-#include "line_of_sight.h"
+#include "terrane/engine/line_of_sight.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace terrane::serve {
+namespace terrane {
 namespace {
 
 TEST(LineOfSight, AWallHidesAndAGapDoesNot) {
@@ -88,4 +88,4 @@ TEST(LineOfSight, AgreesWithVeryManySteps) {
 }
 
 }  // namespace
-}  // namespace terrane::serve
+}  // namespace terrane

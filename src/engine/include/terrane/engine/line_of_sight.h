@@ -5,7 +5,7 @@
 
 #include "terrane/engine/surface.h"
 
-namespace terrane::serve {
+namespace terrane {
 
 /// A straight line between two eyes, over the surface.
 struct SightLine {
@@ -29,4 +29,4 @@ struct SightResult {
 /// the line comes nearest follows in closed form. Void hides nothing.
 SightResult lookAlong(std::span<const SurfacePiece> pieces, const SightLine& line);
 
-}  // namespace terrane::serve
+}  // namespace terrane

@@ -1,0 +1,116 @@
+/** The package as others get it: packed, unpacked, used without a bundler and from another origin; and docs/web.md's example. */
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readFileSync, rmSync } from "node:fs";
+import { createServer } from "node:http";
+import { dirname, extname, join, normalize } from "node:path";
+import { after, before, test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { gzipSync } from "node:zlib";
+import { kPatience, kWork, launch, makeDataset, newPage, serve } from "./harness.mjs";
+
+const kRoot = join(dirname(fileURLToPath(import.meta.url)), "../../..");
+const kTypes = { ".html": "text/html", ".js": "text/javascript", ".mjs": "text/javascript", ".wasm": "application/wasm" };
+const kPage = `<!doctype html><meta charset="utf-8"><style>body { margin: 0 } canvas { width: 480px; height: 320px; display: block }</style><canvas></canvas>
+<script type="module">
+import { createViewer } from "/package/dist/index.js";
+const dataset = new URL(location.href).searchParams.get("dataset");
+window.terraneViewer = createViewer(document.querySelector("canvas"), { dataset, settings: { samples: 1 } });
+</script>`;
+
+let browser, server, pages, address;
+before(async () => {
+  server = await serve(makeDataset(), { args: ["--cors"] });
+  // npm's own packing says what is in it.
+  const folder = join(kWork, "packed");
+  rmSync(folder, { recursive: true, force: true });
+  mkdirSync(folder, { recursive: true });
+  const [{ filename }] = JSON.parse(execFileSync("npm", ["pack", "--json", "--pack-destination", folder], { cwd: join(kRoot, "web/package"), encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] }));
+  execFileSync("tar", ["-xzf", join(folder, filename), "-C", folder]);
+  pages = createServer((request, response) => {
+    const path = normalize(new URL(request.url, "http://localhost").pathname);
+    response.setHeader("Content-Type", kTypes[extname(path)] ?? "text/html");
+    try {
+      response.end(path === "/" ? kPage : readFileSync(join(folder, path)));
+    } catch {
+      response.writeHead(404).end();
+    }
+  });
+  await new Promise((resolve) => pages.listen(0, "127.0.0.1", resolve));
+  address = `http://127.0.0.1:${pages.address().port}/?dataset=${encodeURIComponent(`${server.url}d/hills/`)}`;
+  browser = await launch();
+});
+after(async () => {
+  await browser.close();
+  pages.close();
+  await server.stop();
+});
+
+async function openPage() {
+  const page = await newPage(browser);
+  await page.goto(address);
+  await page.evaluate(() => window.terraneViewer.ready);
+  await page.waitForFunction(() => window.terraneViewer.isSettled, null, { timeout: kPatience });
+  return page;
+}
+
+test("the packed package draws in a page of another origin, decoding in workers", async () => {
+  const page = await openPage();
+  const { triangles, renderer } = await page.evaluate(() => window.terraneViewer.statistics());
+  assert.ok(triangles > 100 && renderer !== "");
+  assert.ok(page.workers().length > 0, "no worker");
+  assert.deepEqual(page.errors, []);
+  await page.evaluate(() => window.terraneViewer.dispose());
+  await page.context().close();
+});
+
+test("engine and workers are at most 1.5 MB compressed", () => {
+  const folder = join(kWork, "packed/package/dist");
+  const names = ["terrane.mjs", "terrane.wasm", "terrane_worker.mjs", "terrane_worker.wasm", "worker.js", "viewer.js"];
+  const bytes = names.reduce((sum, name) => sum + gzipSync(readFileSync(join(folder, name)), { level: 9 }).length, 0);
+  assert.ok(bytes <= 1.5e6, `${bytes} bytes`);
+});
+
+test("docs/web.md's pass compiles, draws contours, and takes its uniforms", async () => {
+  const guide = readFileSync(join(kRoot, "docs/web.md"), "utf8");
+  const example = /const contours = (\{[\s\S]*?\n\});/.exec(guide)[1];
+  const page = await openPage();
+  const counts = await page.evaluate(async (example) => {
+    const { terraneViewer: viewer } = window;
+    const pixels = async () => {
+      const bitmap = await createImageBitmap(await viewer.screenshot());
+      const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+      context.drawImage(bitmap, 0, 0);
+      return context.getImageData(0, 0, bitmap.width, bitmap.height).data;
+    };
+    const different = (a, b) => a.reduce((sum, value, i) => sum + (Math.abs(value - b[i]) > 12 ? 1 : 0), 0);
+    const plain = await pixels();
+    viewer.addPass((0, eval)(`(${example})`));
+    const wide = await pixels();
+    viewer.setPassUniforms("contours", { spacing: 250 });
+    const wider = await pixels();
+    viewer.removePass("contours");
+    const again = await pixels();
+    return { wide: different(plain, wide), wider: different(plain, wider), again: different(plain, again), all: plain.length };
+  }, example);
+  assert.ok(counts.wide > 0.01 * counts.all, `only ${counts.wide} of ${counts.all} values changed`);
+  assert.ok(counts.wider > 0 && counts.wider < counts.wide, JSON.stringify(counts));
+  assert.equal(counts.again, 0);
+  await page.context().close();
+});
+
+test("a pass that does not compile is refused with the compiler's words, and nothing else changes", async () => {
+  const page = await openPage();
+  const message = await page.evaluate(() => {
+    try {
+      window.terraneViewer.addPass({ name: "wrong", fragment: "vec3 apply(Ground ground) { return ground.colour; }" });
+      return "taken";
+    } catch (error) {
+      return error.message;
+    }
+  });
+  assert.match(message, /"wrong" does not compile[\s\S]*colour/);
+  const triangles = await page.evaluate(async () => (await window.terraneViewer.screenshot(), window.terraneViewer.statistics().triangles));
+  assert.ok(triangles > 100);
+  await page.context().close();
+});

@@ -1,0 +1,463 @@
+import assert from "node:assert/strict";
+import { after, before, beforeEach, test } from "node:test";
+import {
+  clickGround,
+  downloaded,
+  dropFiles,
+  lastToast,
+  launch,
+  lookDown,
+  makeDataset,
+  metersOf,
+  near,
+  newPage,
+  openViewer,
+  pixelOf,
+  placeAt,
+  resultOf,
+  serve,
+  text,
+  transform,
+} from "./harness.mjs";
+
+let server, browser, page;
+before(async () => {
+  server = await serve(makeDataset());
+  browser = await launch();
+  page = await newPage(browser);
+  await openViewer(page, server.url);
+  await lookDown(page);
+});
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+beforeEach(async () => {
+  await page.evaluate(() => window.terraneApp.panels.close());
+  await page.locator(".ground").focus();
+});
+
+const pair = (place) => `${place.easting},${place.northing}`;
+const lineIds = () => page.evaluate(() => [...window.terraneViewer.lines.keys()]);
+
+test("measure: distances, height difference and area agree with the server's ground", async () => {
+  await page.keyboard.press("m");
+  await page.locator("#panel-measure").waitFor();
+  // The panel covers the west.
+  const a = await clickGround(page, 0.62, 0.3);
+  const b = await clickGround(page, 0.9, 0.35);
+  await page.locator(".row.result", { hasText: "Over the ground" }).waitFor();
+  const flat = Math.hypot(b.easting - a.easting, b.northing - a.northing);
+  const told = await server.ask(`/d/hills/profile?points=${pair(a)};${pair(b)}&samples=257`);
+  const { heightsMeters: heights } = told;
+  const step = flat / 256;
+  const over = heights.slice(1).reduce((sum, height, i) => sum + Math.hypot(step, height - heights[i]), 0);
+  const climb = heights.at(-1) - heights[0];
+  assert.ok(near(await resultOf(page, "On the map"), flat, 0.004 * flat));
+  assert.ok(near(await resultOf(page, "Straight"), Math.hypot(flat, climb), 0.004 * flat));
+  assert.ok(
+    near(await resultOf(page, "Over the ground"), over, 0.006 * over),
+    `${await resultOf(page, "Over the ground")} against ${over}`,
+  );
+  assert.ok(near(await resultOf(page, "Height difference"), climb, 0.3), `${await resultOf(page, "Height difference")} against ${climb}`);
+  assert.deepEqual(await lineIds(), ["measure"]);
+
+  await page.locator("#panel-measure .switch", { hasText: "Area" }).click();
+  const c = await clickGround(page, 0.75, 0.7);
+  await page.locator(".row.result", { hasText: "Area" }).waitFor();
+  const area = Math.abs((b.easting - a.easting) * (c.northing - a.northing) - (c.easting - a.easting) * (b.northing - a.northing)) / 2;
+  assert.ok(near(await resultOf(page, "Area on the map"), area, 0.01 * area));
+  assert.deepEqual((await lineIds()).sort(), ["measure", "measure/closing"]);
+});
+
+test("measure: Backspace takes a point back, Enter ends, a click begins anew, Escape leaves nothing", async () => {
+  await page.keyboard.press("m");
+  const marks = () => page.locator(".overlay .mark").count();
+  await clickGround(page, 0.62, 0.3);
+  await clickGround(page, 0.8, 0.5);
+  await clickGround(page, 0.7, 0.8);
+  assert.equal(await marks(), 3);
+  await page.keyboard.press("Backspace");
+  assert.equal(await marks(), 2);
+  await page.keyboard.press("Enter");
+  await clickGround(page, 0.65, 0.65);
+  assert.equal(await marks(), 1, "a new measurement begins");
+  await page.keyboard.press("Escape");
+  assert.equal(await page.locator("#panel-measure").count(), 0);
+  assert.equal(await marks(), 0);
+  assert.deepEqual(await lineIds(), []);
+});
+
+test("measure: with keys alone, Space adds the middle of the picture", async () => {
+  await page.keyboard.press("m");
+  await page.keyboard.press("Space");
+  assert.equal(await page.locator(".overlay .mark").count(), 1);
+  await page.evaluate(() => window.terraneViewer.setView({ easting: window.terraneViewer.view.easting + 700 }));
+  await page.keyboard.press("Space");
+  assert.ok(near(await resultOf(page, "On the map"), 700, 25));
+  await page.locator("#panel-measure [data-do=clear]").click();
+  assert.equal(await page.locator(".overlay .mark").count(), 0);
+  await lookDown(page);
+});
+
+test("a drag moves the map and adds no point; beside the ground a click says so", async () => {
+  await page.keyboard.press("m");
+  const at = await page.evaluate(() => ({
+    x: window.terraneViewer.canvas.clientWidth * 0.6,
+    y: window.terraneViewer.canvas.clientHeight * 0.5,
+  }));
+  const before = await page.evaluate(() => window.terraneViewer.view.easting);
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
+  await page.mouse.move(at.x + 80, at.y, { steps: 5 });
+  await page.mouse.up();
+  await page.waitForFunction((before) => window.terraneViewer.view.easting < before, before);
+  assert.equal(await page.locator(".overlay .mark").count(), 0);
+  await page.evaluate(() => window.terraneViewer.setView({ height: window.terraneViewer.view.height * 3 }));
+  await page.mouse.click(880, 620);
+  await lastToast(page, "no ground under that point");
+  await lookDown(page);
+});
+
+test("profile: the plot has the server's heights, and pointing at it shows the place on the ground", async () => {
+  await page.keyboard.press("p");
+  await page.locator("#panel-profile").waitFor();
+  // The panel covers the south.
+  const a = await clickGround(page, 0.15, 0.75);
+  const b = await clickGround(page, 0.85, 0.85);
+  await page.locator(".profile-plot").waitFor();
+  const told = await server.ask(`/d/hills/profile?points=${pair(a)};${pair(b)}&samples=512`);
+  const summary = await text(page, ".profile-summary");
+  const [, low, high] = /· ([\d\u202f]+) to ([\d\u202f]+) m ·/.exec(summary).map((part) => Number(part.replaceAll("\u202f", "")));
+  assert.ok(near(low, Math.min(...told.heightsMeters), 1) && near(high, Math.max(...told.heightsMeters), 1), summary);
+
+  const box = await page.locator(".profile-plot").boundingBox();
+  // Three quarters along the plot's axis.
+  await page.mouse.move(box.x + 48 + (box.width - 60) * 0.75, box.y + 60);
+  await page.locator(".mark-hover").waitFor();
+  const hovered = await text(page, ".profile-summary");
+  const [, e, n] = /E ([\d\u202f]+) N ([\d\u202f]+)/.exec(hovered).map((part) => Number(part.replaceAll("\u202f", "")));
+  assert.ok(near(e, a.easting + 0.75 * (b.easting - a.easting), 15) && near(n, a.northing + 0.75 * (b.northing - a.northing), 15), hovered);
+  const at = await pixelOf(page, e, n);
+  const mark = await page.locator(".mark-hover").getAttribute("transform");
+  const [, x, y] = /translate\(([\d.]+) ([\d.]+)\)/.exec(mark).map(Number);
+  assert.ok(near(x, at.x, 2) && near(y, at.y, 2), "the mark lies where the plot says");
+  const height = metersOf(/: ([\d\u202f.]+ m)/.exec(hovered)[1]);
+  const asked = await server.ask(`/d/hills/elevation?points=${e},${n}`);
+  assert.ok(near(height, asked.heightsMeters[0], 3));
+});
+
+test("profile: arrow keys move along it", async () => {
+  await page.keyboard.press("p");
+  await clickGround(page, 0.2, 0.8);
+  await clickGround(page, 0.8, 0.8);
+  await page.locator(".profile-plot").focus();
+  for (let i = 0; i < 3; ++i) await page.keyboard.press("ArrowRight");
+  assert.match(await text(page, ".profile-summary"), /^\d+\.\d m: /);
+  assert.equal(await page.locator(".mark-hover").count(), 1);
+});
+
+test("line of sight: seen and hidden as the server has it, with where the ground hides it", async () => {
+  await page.keyboard.press("v");
+  await page.locator("#panel-sight").waitFor();
+  // A target that stands out of the ground: else the line ends with no clearance, and is never certain.
+  await page.locator("[data-above=target]").fill("30");
+  let [seen, hidden] = [0, 0];
+  // Several pairs, so that both answers come.
+  for (const [from, to] of [
+    [
+      [0.62, 0.2],
+      [0.95, 0.8],
+    ],
+    [
+      [0.6, 0.8],
+      [0.64, 0.79],
+    ],
+    [
+      [0.7, 0.5],
+      [0.95, 0.5],
+    ],
+    [
+      [0.8, 0.2],
+      [0.84, 0.23],
+    ],
+    [
+      [0.7, 0.6],
+      [0.75, 0.6],
+    ],
+    [
+      [0.65, 0.9],
+      [0.9, 0.1],
+    ],
+  ]) {
+    const a = await clickGround(page, ...from);
+    const b = await clickGround(page, ...to);
+    await page.locator(".verdict").waitFor();
+    const told = await server.ask(`/d/hills/line-of-sight?from=${pair(a)}&to=${pair(b)}&eye=1.7&target=30`);
+    const [result] = told.results;
+    if (!result.certain) continue;
+    const verdict = await text(page, ".verdict");
+    assert.match(verdict, result.visible ? /is seen/ : /is hidden/, JSON.stringify(result));
+    const lines = await page.evaluate(() => Object.fromEntries([...window.terraneViewer.lines].map(([id, line]) => [id, line.color])));
+    assert.equal(lines["sight/free"], "#3ddc97");
+    assert.equal(lines["sight/blocked"], result.visible ? undefined : "#ff5a3c");
+    assert.ok(
+      near(await resultOf(page, "Clearance"), result.clearanceMeters, 1),
+      `${await resultOf(page, "Clearance")} against ${result.clearanceMeters}`,
+    );
+    if (result.visible) ++seen;
+    else {
+      ++hidden;
+      const blocked = Math.hypot(result.blockedBy.point[0] - a.easting, result.blockedBy.point[1] - a.northing);
+      assert.ok(near(await resultOf(page, "Hidden after"), blocked, 25));
+      assert.equal(await page.locator(".mark-blocked").count(), 1);
+    }
+  }
+  assert.ok(seen > 0 && hidden > 0, `${seen} seen, ${hidden} hidden`);
+  // A tower at the target comes in sight.
+  const input = page.locator("[data-above=target]");
+  await input.fill("9000");
+  await page.locator(".verdict.is-good").waitFor();
+  await page.keyboard.press("Escape");
+  assert.deepEqual(await lineIds(), []);
+});
+
+test("lines: drawn by clicks, coloured, widened, saved in WGS 84, removed", async () => {
+  await page.keyboard.press("b");
+  await page.locator("#panel-lines").waitFor();
+  const corners = [await clickGround(page, 0.62, 0.2), await clickGround(page, 0.8, 0.6), await clickGround(page, 0.9, 0.25)];
+  await page.keyboard.press("Enter");
+  await page.locator(".line-row").waitFor();
+  const line = () => page.evaluate(() => [...window.terraneViewer.lines].find(([id]) => id.startsWith("line-"))[1]);
+  assert.equal((await line()).points.length, 3);
+  // A double click ends one, too.
+  await clickGround(page, 0.7, 0.7);
+  const { easting, northing } = await placeAt(page, 0.85, 0.75);
+  const at = await pixelOf(page, easting, northing);
+  await page.mouse.dblclick(at.x, at.y);
+  await page.waitForFunction(() => document.querySelectorAll(".line-row").length === 2);
+
+  const row = page.locator(".line-row").first();
+  await row.locator("input[type=color]").evaluate((input) => {
+    input.value = "#123456";
+    input.dispatchEvent(new Event("change"));
+  });
+  await row.locator("input[type=number]").fill("40");
+  await row.locator("input[type=number]").press("Tab");
+  await row.locator("select").selectOption("meters");
+  const changed = await line();
+  assert.deepEqual([changed.color, changed.widthMeters, changed.widthPixels], ["#123456", 40, undefined]);
+  await row.locator(".line-name").fill("Ridge <b>way</b>");
+  await row.locator(".line-name").press("Tab");
+
+  const { name, bytes } = await downloaded(page, () => page.locator("#panel-lines [data-do=save]").click());
+  assert.equal(name, "hills-lines.geojson");
+  const saved = JSON.parse(bytes.toString());
+  assert.equal(saved.crs, undefined);
+  assert.equal(saved.features.length, 2);
+  assert.equal(saved.features[0].properties.name, "Ridge <b>way</b>");
+  assert.equal(saved.features[0].properties.stroke, "#123456");
+  const degrees = transform(
+    "EPSG:32632",
+    "EPSG:4326",
+    corners.map((corner) => [corner.easting, corner.northing]),
+  );
+  saved.features[0].geometry.coordinates.forEach(([longitude, latitude], i) => {
+    const [x, y] = degrees[i];
+    assert.ok(near(longitude, x, 2e-7) && near(latitude, y, 2e-7), `${longitude}, ${latitude} against ${degrees[i]}`);
+  });
+
+  await row
+    .locator("button", { has: page.locator("svg") })
+    .last()
+    .click();
+  await page.waitForFunction(() => document.querySelectorAll(".line-row").length === 1);
+  await page.locator(".line-row button[title=Delete]").click();
+  await page.waitForFunction(() => window.terraneViewer.lines.size === 0);
+});
+
+test("lines: one that was not ended stays when the panel closes; each has a profile", async () => {
+  await page.keyboard.press("b");
+  const a = await clickGround(page, 0.62, 0.6);
+  const b = await clickGround(page, 0.9, 0.8);
+  await page.keyboard.press("Escape");
+  assert.equal(await page.evaluate(() => window.terraneApp.lines.lines.length), 1);
+  await page.keyboard.press("b");
+  await page.locator(".line-row button[title=Profile]").click();
+  await page.locator(".profile-plot").waitFor();
+  assert.match(await text(page, "#panel-profile h2"), /^Profile of Line \d+$/);
+  const told = await server.ask(`/d/hills/profile?points=${pair(a)};${pair(b)}&samples=512`);
+  const [, low, high] = /· ([\d\u202f]+) to ([\d\u202f]+) m ·/
+    .exec(await text(page, ".profile-summary"))
+    .map((part) => Number(part.replaceAll("\u202f", "")));
+  assert.ok(near(low, Math.min(...told.heightsMeters), 1) && near(high, Math.max(...told.heightsMeters), 1));
+  await removeAll();
+});
+
+const removeAll = () => page.evaluate(() => window.terraneApp.lines.lines.forEach((line) => window.terraneApp.lines.remove(line.id)));
+const storedParts = () => page.evaluate(() => window.terraneApp.lines.lines.flatMap((line) => line.parts));
+
+test("files: GPX tracks and routes lie where GDAL puts them", async () => {
+  const places = [];
+  for (const [x, y] of [
+    [0.2, 0.2],
+    [0.5, 0.4],
+    [0.8, 0.3],
+  ])
+    places.push(await placeAt(page, x, y));
+  const degrees = transform(
+    "EPSG:32632",
+    "EPSG:4326",
+    places.map((place) => [place.easting, place.northing]),
+  );
+  const points = (tag) => degrees.map(([x, y]) => `<${tag} lat="${y}" lon="${x}"><ele>1</ele></${tag}>`).join("");
+  const gpx = `<?xml version="1.0"?><gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><wpt lat="1" lon="1"/><trk><name>Walk &amp; rest</name><trkseg>${points("trkpt")}</trkseg><trkseg>${points("trkpt")}</trkseg></trk><rte><name>Way</name>${points("rtept")}</rte></gpx>`;
+  await dropFiles(page, [{ name: "walk.gpx", text: gpx }]);
+  await lastToast(page, "2 lines from “walk.gpx”, 1 single point left out");
+  const parts = await storedParts();
+  assert.equal(parts.length, 3);
+  for (const part of parts)
+    part.forEach((point, i) => assert.ok(Math.hypot(point.easting - places[i].easting, point.northing - places[i].northing) < 0.05));
+  assert.equal(await page.evaluate(() => window.terraneApp.lines.lines[0].name), "Walk & rest");
+  await removeAll();
+  await lookDown(page);
+});
+
+test("files: GeoJSON in WGS 84, in the dataset's CRS by its member or by its numbers, in web Mercator", async () => {
+  const places = [];
+  for (const [x, y] of [
+    [0.3, 0.3],
+    [0.6, 0.6],
+  ])
+    places.push(await placeAt(page, x, y));
+  const own = places.map((place) => [place.easting, place.northing]);
+  const degrees = transform("EPSG:32632", "EPSG:4326", own);
+  const mercator = transform("EPSG:32632", "EPSG:3857", own);
+  const crs = (name) => ({ crs: { type: "name", properties: { name } } });
+  const documents = [
+    {
+      type: "FeatureCollection",
+      features: [{ type: "Feature", properties: { name: "a" }, geometry: { type: "LineString", coordinates: degrees } }],
+    },
+    { type: "LineString", coordinates: own },
+    { type: "Feature", ...crs("urn:ogc:def:crs:EPSG::32632"), properties: null, geometry: { type: "MultiLineString", coordinates: [own] } },
+    {
+      type: "Feature",
+      ...crs("urn:ogc:def:crs:OGC:1.3:CRS84"),
+      properties: {},
+      geometry: {
+        type: "GeometryCollection",
+        geometries: [
+          { type: "Point", coordinates: [1, 2] },
+          { type: "LineString", coordinates: degrees },
+        ],
+      },
+    },
+    { type: "Feature", ...crs("EPSG:3857"), properties: {}, geometry: { type: "LineString", coordinates: mercator } },
+  ];
+  await dropFiles(
+    page,
+    documents.map((document, i) => ({ name: `lines${i}.geojson`, text: JSON.stringify(document) })),
+  );
+  await lastToast(page, "lines4.geojson");
+  const parts = await storedParts();
+  assert.equal(parts.length, documents.length);
+  parts.forEach((part, i) =>
+    part.forEach((point, k) =>
+      assert.ok(Math.hypot(point.easting - places[k].easting, point.northing - places[k].northing) < 0.05, `document ${i}`),
+    ),
+  );
+  await removeAll();
+  await lookDown(page);
+});
+
+test("files: in a dataset of another projection, too", async () => {
+  // Lambert's conic: the CRS comes as WKT2 alone, with no zone in its name.
+  const lambert = await serve(makeDataset("lambert", { crs: 3034 }));
+  const other = await newPage(browser);
+  try {
+    await openViewer(other, lambert.url);
+    const place = await placeAt(other, 0.4, 0.6);
+    const [[longitude, latitude]] = transform("EPSG:3034", "EPSG:4326", [[place.easting, place.northing]]);
+    await dropFiles(other, [
+      {
+        name: "one.geojson",
+        text: JSON.stringify({
+          type: "LineString",
+          coordinates: [
+            [longitude, latitude],
+            [longitude + 0.01, latitude],
+          ],
+        }),
+      },
+    ]);
+    await lastToast(other, "1 line from");
+    const point = await other.evaluate(() => window.terraneApp.lines.lines[0].parts[0][0]);
+    assert.ok(
+      Math.hypot(point.easting - place.easting, point.northing - place.northing) < 0.1,
+      `${JSON.stringify(point)} against ${JSON.stringify(place)}`,
+    );
+    assert.deepEqual(other.errors, []);
+  } finally {
+    await other.context().close();
+    await lambert.stop();
+  }
+});
+
+test("files: what cannot be used is said, and nothing breaks", async () => {
+  const deep = `${'{"type":"GeometryCollection","geometries":['.repeat(40)}{"type":"Point","coordinates":[1,1]}${"]}".repeat(40)}`;
+  const bad = [
+    ["text.txt", "hello", /neither GeoJSON, GPX nor a flight/],
+    ["empty.gpx", "", /empty/],
+    ["list.json", "[1,2]", /not GeoJSON/],
+    ["topo.json", '{"type":"Topology"}', /unknown type/],
+    ["far.geojson", '{"type":"LineString","coordinates":[[1,2],[1,"x"]]}', /no pair of numbers/],
+    ["null.geojson", '{"type":"FeatureCollection","features":null}', /no list/],
+    ["points.geojson", '{"type":"MultiPoint","coordinates":[[1,2],[3,4]]}', /no lines, only 2 single points/],
+    ["deep.geojson", deep, /too deep/],
+    [
+      "crs.geojson",
+      '{"type":"LineString","crs":{"type":"name","properties":{"name":"EPSG:2056"}},"coordinates":[[2600000,1200000],[2600100,1200100]]}',
+      /EPSG:2056/,
+    ],
+    ["cut.gpx", "<gpx><trk><trkseg><trkpt lat='1'", /well-formed/],
+    ["other.gpx", "<kml></kml>", /not GPX/],
+    ["bomb.gpx", '<!DOCTYPE g [<!ENTITY a "aaaa">]><gpx>&a;</gpx>', /DOCTYPE/],
+    ["nowhere.gpx", '<gpx><trk><trkseg><trkpt lat="91" lon="3"/><trkpt lat="x" lon="3"/></trkseg></trk></gpx>', /latitude and longitude/],
+    ["html.gpx", "<gpx><trk><name><![CDATA[<img src=x onerror=alert(1)>]]></name></trk></gpx>", /no lines/],
+  ];
+  for (const [name, content, words] of bad) {
+    await dropFiles(page, [{ name, text: content }]);
+    const toast = page.locator(".toast", { hasText: name });
+    await toast.waitFor();
+    assert.match(await toast.innerText(), words, name);
+  }
+  // A line on the other side of the world is taken, and said to be beside the ground.
+  await dropFiles(page, [{ name: "beside.geojson", text: '{"type":"LineString","coordinates":[[20,10],[21,11]]}' }]);
+  await lastToast(page, "lies beside this dataset’s ground");
+  await removeAll();
+  assert.deepEqual(page.errors, []);
+});
+
+test("files: thousands of segments in one file are one row, and are drawn", async () => {
+  const { west, east, south, north } = await page.evaluate(() => window.terraneViewer.dataset.bounds);
+  const features = Array.from({ length: 200 }, (_, i) => ({
+    type: "Feature",
+    properties: {},
+    geometry: {
+      type: "LineString",
+      coordinates: Array.from({ length: 40 }, (_, k) => [
+        west + ((east - west) * k) / 39,
+        south + ((north - south) * (i + Math.sin(k))) / 200,
+      ]),
+    },
+  }));
+  await page.keyboard.press("b");
+  await dropFiles(page, [{ name: "contours.geojson", text: JSON.stringify({ type: "FeatureCollection", features }) }]);
+  await lastToast(page, "200 lines from");
+  assert.equal(await page.locator(".line-row").count(), 1);
+  assert.equal(await page.evaluate(() => window.terraneViewer.lines.size), 200);
+  await removeAll();
+});
+
+test("nothing went wrong on the way", () => assert.deepEqual(page.errors, []));

@@ -1,0 +1,42 @@
+/** Lines as a file has them, before anybody knows where they are. */
+export interface ForeignLine {
+  name: string;
+  color?: string;
+  /** x and y, as in the file. */
+  parts: [number, number][][];
+}
+
+export interface ForeignLines {
+  lines: ForeignLine[];
+  /** What was in the file and is no line. */
+  pointsLeftOut: number;
+  /** The EPSG number of the CRS that the file names; absent: it names none. */
+  epsg?: number;
+}
+
+/** A file that cannot be used, with a reason that a person understands. */
+export class FileError extends Error {}
+
+export const kMostBytes = 64 * 2 ** 20;
+/** More than anybody draws; the picture would take its time. */
+export const kMostPoints = 500_000;
+
+/** Counts points, so that a file does not bring more than can be drawn. */
+export class PointBudget {
+  private count = 0;
+
+  spend(points: number): void {
+    this.count += points;
+    if (this.count > kMostPoints) throw new FileError(`it has more than ${kMostPoints} points`);
+  }
+}
+
+/** Names come from strangers: one line of text, not too long. */
+export function cleanName(value: unknown): string {
+  return typeof value === "string"
+    ? value
+        .replace(/[\u0000-\u001f\u007f\u202a-\u202e\u2066-\u2069]+/g, " ")
+        .trim()
+        .slice(0, 80)
+    : "";
+}

@@ -1,0 +1,104 @@
+import { FileError, type ForeignLine, type ForeignLines, PointBudget, cleanName } from "./foreign_lines.js";
+
+const kDeepest = 16;
+
+/** The lines and outlines in a GeoJSON document (RFC 7946, and the `crs` member of the one before it). */
+export function readGeoJson(document: unknown): ForeignLines {
+  if (!isObject(document) || typeof document["type"] !== "string") throw new FileError("it is JSON, but not GeoJSON: there is no “type”");
+  const out: ForeignLines = { lines: [], pointsLeftOut: 0 };
+  const epsg = crsOf(document["crs"]);
+  if (epsg !== null) out.epsg = epsg;
+  const budget = new PointBudget();
+  const features = document["type"] === "FeatureCollection" ? document["features"] : [document];
+  if (!Array.isArray(features)) throw new FileError("its “features” are no list");
+  for (const feature of features) {
+    if (!isObject(feature)) continue;
+    const isFeature = feature["type"] === "Feature";
+    const properties = isFeature && isObject(feature["properties"]) ? feature["properties"] : {};
+    const line: ForeignLine = { name: cleanName(properties["name"] ?? properties["title"]), parts: [] };
+    const color = properties["stroke"] ?? properties["color"];
+    if (typeof color === "string" && /^#[0-9a-f]{6}$/i.test(color)) line.color = color;
+    collect(isFeature ? feature["geometry"] : feature, line, out, budget, 0);
+    if (line.parts.length > 0) out.lines.push(line);
+  }
+  return out;
+}
+
+function collect(geometry: unknown, line: ForeignLine, out: ForeignLines, budget: PointBudget, depth: number): void {
+  if (geometry === null || geometry === undefined) return;
+  if (!isObject(geometry)) throw new FileError("a geometry in it is no object");
+  if (depth > kDeepest) throw new FileError("its geometries are nested too deep");
+  const coordinates = geometry["coordinates"];
+  const addPart = (value: unknown): void => {
+    const points = pointsOf(value);
+    budget.spend(points.length);
+    if (points.length >= 2) line.parts.push(points);
+  };
+  switch (geometry["type"]) {
+    case "LineString":
+      return addPart(coordinates);
+    case "MultiLineString":
+    case "Polygon":
+      return listOf(coordinates).forEach(addPart);
+    case "MultiPolygon":
+      return listOf(coordinates).forEach((polygon) => listOf(polygon).forEach(addPart));
+    case "GeometryCollection":
+      return listOf(geometry["geometries"]).forEach((each) => collect(each, line, out, budget, depth + 1));
+    case "Point":
+      out.pointsLeftOut += 1;
+      return;
+    case "MultiPoint":
+      out.pointsLeftOut += listOf(coordinates).length;
+      return;
+    default:
+      throw new FileError(`it has a geometry of the unknown type “${cleanName(String(geometry["type"]))}”`);
+  }
+}
+
+function pointsOf(value: unknown): [number, number][] {
+  return listOf(value).map((position): [number, number] => {
+    const [x, y] = Array.isArray(position) ? (position as unknown[]) : [];
+    if (typeof x !== "number" || typeof y !== "number" || !Number.isFinite(x) || !Number.isFinite(y))
+      throw new FileError("a position in it is no pair of numbers");
+    return [x, y];
+  });
+}
+
+function listOf(value: unknown): unknown[] {
+  if (!Array.isArray(value)) throw new FileError("the coordinates of a geometry are no list");
+  return value;
+}
+
+/** The EPSG number that a `crs` member names; 4326 for WGS 84 by any of its names; null without one. */
+function crsOf(crs: unknown): number | null {
+  if (crs === undefined || crs === null) return null;
+  const name = isObject(crs) && isObject(crs["properties"]) ? crs["properties"]["name"] : undefined;
+  if (typeof name !== "string") throw new FileError("its “crs” has no name");
+  if (/CRS84|WGS ?84$/i.test(name)) return 4326;
+  const found = /EPSG:+(?:[\d.]*:)?(\d+)$/i.exec(name);
+  if (!found) throw new FileError(`its CRS “${cleanName(name)}” is not understood`);
+  return Number(found[1]);
+}
+
+function isObject(value: unknown): value is Record<string, unknown> {
+  return typeof value === "object" && value !== null && !Array.isArray(value);
+}
+
+export interface OutgoingLine {
+  name: string;
+  color: string;
+  width: number;
+  widthUnit: string;
+  parts: (readonly [number, number])[][];
+}
+
+/** A GeoJSON document of lines; with the number of their CRS unless they are in WGS 84. */
+export function writeGeoJson(lines: OutgoingLine[], crsName: string | null): string {
+  const features = lines.map(({ name, color, width, widthUnit, parts }) => ({
+    type: "Feature",
+    properties: { name, stroke: color, "stroke-width": width, ...(widthUnit === "meters" ? { "stroke-width-unit": "m" } : {}) },
+    geometry: parts.length === 1 ? { type: "LineString", coordinates: parts[0] } : { type: "MultiLineString", coordinates: parts },
+  }));
+  const crs = crsName === null ? {} : { crs: { type: "name", properties: { name: crsName } } };
+  return JSON.stringify({ type: "FeatureCollection", ...crs, features }, null, 1) + "\n";
+}

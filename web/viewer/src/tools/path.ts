@@ -1,0 +1,135 @@
+import type { Line, Place } from "terrane";
+import type { App } from "../app.js";
+import { el } from "../parts/dom.js";
+import { icon } from "../parts/icons.js";
+
+const kMostMarks = 60;
+
+/** A line that grows by clicks on the ground: drawn there, with marks at its corners and a band to the pointer. */
+export class Path {
+  readonly corners: Place[] = [];
+  /** Clicks add to it. */
+  isOpen = true;
+  private readonly release: () => void;
+
+  /** `changed` is told of corners, `finished` when Enter or a double click ends it. */
+  constructor(
+    private readonly app: App,
+    private readonly id: string,
+    private readonly style: Pick<Line, "color" | "widthPixels">,
+    private readonly changed: () => void,
+    private readonly finished: () => void = () => {},
+    private readonly most = Infinity,
+  ) {
+    this.release = app.pointing.use({
+      click: (place) => this.add(place),
+      hover: (_, at) => app.overlay.setBand(this.isOpen ? (this.corners.at(-1) ?? null) : null, at),
+      undo: () => this.undo(),
+      finish: () => this.finish(),
+    });
+  }
+
+  /** Takes a line as it is, from its first corner to its last. */
+  take(corners: readonly { easting: number; northing: number }[]): void {
+    this.corners.length = 0;
+    for (const { easting, northing } of corners)
+      this.corners.push({ easting, northing, height: this.app.viewer.elevationAt(easting, northing) ?? 0 });
+    this.isOpen = false;
+    this.show();
+  }
+  add(place: Place): void {
+    // A click after the end begins anew.
+    if (!this.isOpen) this.corners.length = 0;
+    this.isOpen = true;
+    this.corners.push({ easting: place.easting, northing: place.northing, height: place.height });
+    this.show();
+    if (this.corners.length >= this.most) this.finish();
+  }
+  undo(): void {
+    this.corners.pop();
+    this.isOpen = true;
+    this.show();
+  }
+  clear(): void {
+    this.corners.length = 0;
+    this.isOpen = true;
+    this.show();
+  }
+  finish(): void {
+    if (!this.isOpen || this.corners.length < 2) return;
+    this.isOpen = false;
+    this.app.overlay.setBand(null, null);
+    this.finished();
+    this.changed();
+  }
+  close(): void {
+    this.release();
+    this.corners.length = 0;
+    this.app.overlay.clear(this.id);
+    this.app.overlay.setBand(null, null);
+    this.app.viewer.removeLine(this.id);
+  }
+
+  /** Draws it as it is now. */
+  show(): void {
+    const { app, corners, id } = this;
+    app.overlay.clear(id);
+    // A track has thousands of corners: then its ends are marked.
+    corners.forEach((corner, i) => {
+      if (corners.length <= kMostMarks || i === 0 || i === corners.length - 1)
+        app.overlay.setMark(`${id}/${i}`, corner, i === 0 ? "start" : "corner");
+    });
+    if (corners.length >= 2) app.viewer.setLine(id, { points: corners, ...this.style });
+    else app.viewer.removeLine(id);
+    if (!this.isOpen || corners.length === 0) app.overlay.setBand(null, null);
+    this.changed();
+  }
+}
+
+/** What every tool that draws a path has: a point in the middle of the picture, one step back, from the beginning. */
+export function pathButtons(app: App, path: Path): HTMLElement {
+  return el(
+    "div",
+    { class: "buttons path-buttons" },
+    el(
+      "button",
+      {
+        class: "secondary",
+        type: "button",
+        title: "Add the ground in the middle of the picture (Space)",
+        "data-do": "middle",
+        on: { click: () => app.pointing.clickMiddle() },
+      },
+      icon("target"),
+      "Middle",
+    ),
+    el(
+      "button",
+      {
+        class: "secondary",
+        type: "button",
+        title: "Take the last point back (Backspace)",
+        "data-do": "undo",
+        on: { click: () => path.undo() },
+      },
+      icon("undo"),
+      "Undo",
+    ),
+    el(
+      "button",
+      { class: "secondary", type: "button", title: "Begin anew", "data-do": "clear", on: { click: () => path.clear() } },
+      icon("trash"),
+      "Clear",
+    ),
+  );
+}
+
+/** Calls when the ground has become finer, so that answers about it may be better. */
+export function whenFiner(app: App, work: () => void): () => void {
+  let bytes = -1;
+  return app.viewer.on("loading", (now) => {
+    if (now.phase !== "settled" || now.bytesReceived === bytes) return;
+    bytes = now.bytesReceived;
+    work();
+  });
+}
