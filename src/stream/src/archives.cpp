@@ -28,7 +28,7 @@ FetchRequest Archives::request(int file, uint64_t offset, uint64_t bytes) const 
 }
 
 FetchRequest Archives::firstBytes(int file, uint64_t bytes) const {
-  const uint64_t most = std::clamp(bytes, PmtilesIndex::kFirstBytes, kMostFirstBytes);
+  const uint64_t most = std::max(bytes, PmtilesIndex::kFirstBytes);
   return request(file, 0, std::min(files_[static_cast<size_t>(file)].bytes, most));
 }
 

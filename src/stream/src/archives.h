@@ -24,8 +24,7 @@ class Archives {
   static int fileOf(const TileKey& key) { return key.layer + 1; }
   /// A request for bytes of an archive.
   FetchRequest request(int file, uint64_t offset, uint64_t bytes) const;
-  /// The archive's first bytes, which hold its root directory and, about as many as `bytes`, the first of its
-  /// tiles.
+  /// The archive's first bytes, which hold its root directory: so many, if these are more; tiles follow.
   FetchRequest firstBytes(int file, uint64_t bytes) const;
   Status setFirstBytes(int file, const std::vector<uint8_t>& bytes);
   bool isOpen(int file) const { return files_[static_cast<size_t>(file)].index.has_value(); }
@@ -35,7 +34,6 @@ class Archives {
   Status addDirectory(int file, PmtilesIndex::Place place, const std::vector<uint8_t>& bytes);
 
  private:
-  static constexpr uint64_t kMostFirstBytes = 128U << 10;
   struct File {
     std::string name;
     uint64_t bytes = 0;

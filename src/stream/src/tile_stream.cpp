@@ -32,8 +32,9 @@ constexpr double kPartSeconds = 0.5;
 /// Over a line thinner than that roots come in parts, their beginnings before all else. Of a quick line with
 /// a latency of 0.2 s manifest and directories say twice as much.
 constexpr double kThinBytesPerSecond = 32e3;
-/// The first request to an archive may take as long as this: with directories come the coarsest tiles.
-constexpr double kFirstSeconds = 0.05;
+/// Over a line that brought the manifest at least as quickly, the coarsest tiles come along with directories:
+/// so much is asked for first. note: of so small an answer a quick line looks much slower than it is.
+constexpr double kQuickBytesPerSecond = 2.0 * kThinBytesPerSecond;
 /// Groups are the tiles so many levels below one tile: sixteen that lie together in the archive.
 constexpr int kGroupLevels = 2;
 /// For so long a request may have the line: what is urgent by then waits for it.
@@ -382,8 +383,8 @@ class TileStream::State {
       if (archives_.isOpen(file)) continue;
       allOpen = false;
       if (!mayStart() || !isDue(file) || isUnderway(What::FirstBytes, file, 0)) continue;
-      const FetchRequest request =
-          archives_.firstBytes(file, static_cast<uint64_t>(kFirstSeconds * line_.bytesPerSecond()));
+      const FetchRequest request = archives_.firstBytes(
+          file, line_.bytesPerSecond() >= kQuickBytesPerSecond ? options_.firstBytes : 0);
       start({.what = What::FirstBytes, .plan = {file, 0, request.bytes, {}}, .keys = {}, .places = {}},
             request);
     }

@@ -32,6 +32,41 @@ TEST(PlanRequests, WhatIsWorthLittleOrAskedForAloneDoesNotComeAlong) {
   EXPECT_EQ(plan[0].bytes, 500U);
 }
 
+TEST(PlanRequests, WhatTheLineBringsQuicklyComesAlongWhateverItIsWorth) {
+  const std::vector<FetchCandidate> candidates = {{0, 1000, 500, 5.0, false}, {0, 1500, 500, 0.1, false}};
+  RequestLimits limits{.bytes = 100000, .requests = 1};
+  limits.easyBytes = 999;
+  EXPECT_EQ(planRequests(candidates, limits)[0].bytes, 500U);
+  limits.easyBytes = 1000;
+  EXPECT_EQ(planRequests(candidates, limits)[0].bytes, 1000U);
+}
+
+TEST(PlanRequests, WhatMayWaitStartsWhenItIsEnoughOrJoinsWhatMayNot) {
+  std::vector<FetchCandidate> candidates = {
+      {0, 1000, 500, 5.0, false, true}, {0, 1500, 500, 4.0, false, true}, {0, 90000, 500, 3.0, false, true}};
+  RequestLimits limits{.bytes = 100000, .requests = 8};
+  limits.worthStarting = 1000;
+  auto plan = planRequests(candidates, limits);
+  ASSERT_EQ(plan.size(), 1U);
+  EXPECT_EQ(plan[0].candidates, (std::vector<size_t>{0, 1}));
+  limits.worthStarting = 1001;
+  EXPECT_TRUE(planRequests(candidates, limits).empty());
+  // One of them that may not takes its neighbour with it.
+  candidates[1].mayWait = false;
+  plan = planRequests(candidates, limits);
+  ASSERT_EQ(plan.size(), 1U);
+  EXPECT_EQ(plan[0].candidates, (std::vector<size_t>{0, 1}));
+}
+
+TEST(PlanRequests, WhatOnlyComesAlongStartsNothing) {
+  std::vector<FetchCandidate> candidates = {{0, 1000, 500, 5.0, false, false, false},
+                                            {0, 1500, 500, 5.0, false, true, true},
+                                            {0, 90000, 500, 5.0, false, true, true}};
+  const auto plan = planRequests(candidates, {.bytes = 100000, .requests = 8});
+  ASSERT_EQ(plan.size(), 1U);
+  EXPECT_EQ(plan[0].bytes, 1000U);
+}
+
 TEST(PlanRequests, RandomCandidatesAreEachAskedForOnceWithinTheLimits) {
   for (uint32_t seed = 0; seed < 200; ++seed) {
     std::mt19937 random(seed);

@@ -78,6 +78,12 @@ class TileStreamTest : public ::testing::Test {
     out.stream = std::make_unique<TileStream>(std::move(line), *out.workers, options);
     return out;
   }
+  /// Directories come by themselves, so that every tile is asked for.
+  static StreamOptions nothingAlong() {
+    StreamOptions out;
+    out.firstBytes = 0;
+    return out;
+  }
   static StreamWish wishFor(TileId id, double now = 8.0, double area = 1000.0) {
     return {{TileKey::kElevation, id}, now, now / 2.0, 1.0, area, 1.0};
   }
@@ -127,6 +133,67 @@ TEST_F(TileStreamTest, EverythingComesAndNeighboursShareRequests) {
   EXPECT_EQ(statistics.debt, 0.0);
   EXPECT_LT(statistics.requests, truth().size());
   EXPECT_NEAR(statistics.latencySeconds, 0.05, 0.03);
+}
+
+TEST_F(TileStreamTest, TheRootComesWithTheDirectories) {
+  Streaming s = streaming({5e6, 0.05});
+  ASSERT_TRUE(s.open());
+  const uint64_t opening = s.stream->statistics().requests;
+  s.stream->want(std::vector{wishFor(TileId{})});
+  s.step(0.05);
+  EXPECT_EQ(s.stream->statistics().requests, opening);
+  expectTrue(*s.stream, TileId{});
+  // Over a thin line nothing comes with them.
+  Streaming thin = streaming({3000.0, 0.05});
+  ASSERT_TRUE(thin.open());
+  thin.stream->want(std::vector{wishFor(TileId{})});
+  thin.step(0.05);
+  EXPECT_EQ(thin.stream->elevation(TileId{}), nullptr);
+}
+
+TEST_F(TileStreamTest, TheRestOfAGroupComesAlong) {
+  // Of the sixteen tiles below one, all but the last are wished for, those that are stored.
+  std::vector<TileId> group;
+  for (const auto& [id, tile] : truth())
+    if (id.level == 2) group.push_back(id);
+  ASSERT_GE(group.size(), 4U);
+  const TileId last = group.back();
+  std::vector<StreamWish> wishes;
+  for (const TileId id : group)
+    if (id != last) wishes.push_back(wishFor(id));
+  Streaming s = streaming({5e6, 0.05}, nothingAlong());
+  ASSERT_TRUE(s.open());
+  s.stream->want(wishes);
+  s.settle(10.0);
+  const uint64_t requests = s.stream->statistics().requests;
+  EXPECT_EQ(s.stream->elevation(last), nullptr);
+  s.stream->want(std::vector{wishFor(last)});
+  s.step(0.02);
+  expectTrue(*s.stream, last);
+  EXPECT_EQ(s.stream->statistics().requests, requests);
+}
+
+TEST_F(TileStreamTest, WhatIsForLaterWaitsForOthersButNotForLong) {
+  Streaming s = streaming({5e6, 0.05}, nothingAlong());
+  ASSERT_TRUE(s.open());
+  s.stream->want(std::vector{wishFor(TileId{})});
+  s.settle(10.0);
+  const uint64_t requests = s.stream->statistics().requests;
+  const TileId deep = truth().rbegin()->first;
+  std::vector<StreamWish> later = {wishFor(deep)};
+  later[0].chance = 0.25;
+  const double begun = s.now;
+  while (s.now < begun + 1.5) {
+    s.stream->want(later);
+    s.step(0.1);
+  }
+  EXPECT_EQ(s.stream->statistics().requests, requests);
+  while (s.now < begun + 2.5) {
+    s.stream->want(later);
+    s.step(0.1);
+  }
+  EXPECT_GT(s.stream->statistics().requests, requests);
+  expectTrue(*s.stream, deep);
 }
 
 TEST_F(TileStreamTest, WhatIsWorthMoreComesFirst) {
@@ -187,7 +254,7 @@ TEST_F(TileStreamTest, OneAnswerInTenGoneWrongDelaysAndNoMore) {
 TEST_F(TileStreamTest, DamagedTilesAreFetchedAgain) {
   LineFaults faults;
   faults.corruptShare = 1.0;
-  Streaming s = streaming({5e6, 0.05});
+  Streaming s = streaming({5e6, 0.05}, nothingAlong());
   ASSERT_TRUE(s.open());
   s.line->setFaults(faults);
   s.stream->want(std::vector{wishFor(TileId{})});
@@ -200,7 +267,7 @@ TEST_F(TileStreamTest, DamagedTilesAreFetchedAgain) {
 }
 
 TEST_F(TileStreamTest, ABusyServerIsNotHeldAgainstATile) {
-  Streaming s = streaming({5e6, 0.05});
+  Streaming s = streaming({5e6, 0.05}, nothingAlong());
   ASSERT_TRUE(s.open());
   s.stream->want(std::vector{wishFor(TileId{})});
   const auto failUntil = [&](const LineFaults& faults, uint64_t count) {
@@ -286,7 +353,7 @@ TEST_F(TileStreamTest, AServerThatIsAwayIsAskedRarelyAndFoundAgain) {
 TEST_F(TileStreamTest, WhatIsMissingForGoodIsRememberedAndAllElseComes) {
   LineFaults faults;
   faults.missingShare = 0.3;
-  Streaming s = streaming({5e6, 0.05});
+  Streaming s = streaming({5e6, 0.05}, nothingAlong());
   ASSERT_TRUE(s.open());
   s.stream->want(std::vector{wishFor(TileId{})});
   s.settle(10.0);

@@ -19,6 +19,10 @@ namespace terrane {
 /// after its parent, which is named or wished. At most `most`, those with most error first; only for
 /// SplitMetric::Full.
 ///
+/// Of SurfaceKind::Meshes no mesh states a smaller error than its level's bound, so all that will be wished
+/// for is found from the root on, also where meshes that are not made yet, or fade in, keep it from being
+/// wished for.
+///
 /// Cost: about a microsecond a tile looked at, at most four for each one named.
 std::vector<TileWish> predictWishes(std::span<const TileWish> wishes, const PatchSelection& selection,
                                     const Frame& frame, const ElevationScale& scale, const Camera& camera,

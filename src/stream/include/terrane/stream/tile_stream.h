@@ -32,6 +32,7 @@ struct StreamOptions {
   uint64_t decodedBytes = 256U << 20;    ///< kept decoded, elevation; what is in use stays whatever this says
   uint64_t pictureBytes = 64U << 20;     ///< kept decoded, imagery
   int mostRequests = 12;                 ///< at once
+  uint64_t firstBytes = 64U << 10;       ///< of an archive, over a quick line: its coarsest tiles come along
   bool inOrder = false;  ///< fetch in the order of the wishes, all at once, whole: for comparison
 };
 
