@@ -6,7 +6,6 @@
 
 #include "patch_instances.h"
 #include "terrane/base/bit_cast.h"
-#include "terrane/lod/mesh_placement.h"
 
 namespace terrane {
 
@@ -48,8 +47,8 @@ Status MeshDrawer::setCut(const Cut& cut, const Frame& frame, LatticePoint ancho
   std::vector<const MeshStore::Entry*> entries;
   entries.reserve(cut.patches.size());
   for (const Patch& patch : cut.patches) {
-    const MeshPlacement at = meshPlacement(lattice, patch.triangle, patch.tile);
-    TERRANE_ASSIGN(const MeshStore::Entry* entry, meshes.place(patch.tile, at.level, at.index));
+    TERRANE_ASSIGN(const MeshStore::Entry* entry,
+                   meshes.place(patch.tile, patch.mesh.level, patch.mesh.index));
     entries.push_back(entry);
   }
   TERRANE_TRY(meshes.upload());
@@ -62,14 +61,14 @@ Status MeshDrawer::setCut(const Cut& cut, const Frame& frame, LatticePoint ancho
     if (!(patch.tile == last)) used.insert(patch.tile);
     last = patch.tile;
     if (shading.entry->coverage == Coverage::Kind::None) continue;
-    const MeshPlacement at = meshPlacement(lattice, patch.triangle, patch.tile);
 
     MeshRecord record;
     const int shift = cut.latticeDepth - patch.tile.level;
     const LatticePoint origin{(patch.tile.col * kTileCells) << shift, (patch.tile.row * kTileCells) << shift};
     record.lattice = {origin.x - anchor.x, origin.y - anchor.y, 1 << shift,
                       static_cast<int32_t>(entry->firstIndex)};
-    const PatchCorners corners = patchCorners(at.level, at.index, (patch.tile.col + patch.tile.row) % 2 == 0);
+    const PatchCorners corners =
+        patchCorners(patch.mesh.level, patch.mesh.index, (patch.tile.col + patch.tile.row) % 2 == 0);
     record.corners = {packed(corners.apex), packed(corners.ends[0]), packed(corners.ends[1]), 0};
     const auto cells = shadingCells(origin, 1 << shift, cut.latticeDepth, shading.tile, frame);
     for (size_t c = 0; c < cells.size(); ++c) record.shading[c] = bitCast<int32_t>(cells[c]);
