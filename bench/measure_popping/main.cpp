@@ -118,7 +118,7 @@ class FlightMeasurement {
       const Camera camera = cameraAt(flight_, times[frame], options_);
       TERRANE_ASSIGN(const Cut cut, terrain_.selectAndLoad(camera, selection));
       TERRANE_ASSIGN(const PositionPicture picture, terrain_.drawPositions(cut, camera));
-      seen.triangles += static_cast<double>(triangleCount(cut, terrain_.tiles()));
+      seen.triangles += static_cast<double>(triangleCount(cut));
       auto surface =
           std::make_unique<DrawnSurface>(cut, terrain_.dataset().manifest().frame, terrain_.tiles());
       if (last) {

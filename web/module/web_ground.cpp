@@ -70,7 +70,7 @@ emscripten::val WebView::profile(const emscripten::val& corners, double count) {
 
 emscripten::val WebView::lineOfSight(double fromEast, double fromNorth, double fromAboveGround, double toEast,
                                      double toNorth, double toAboveGround) {
-  numbers_ = {kNothing, kNothing, kNothing, kNothing, kNothing};
+  numbers_ = {kNothing, kNothing};
   if (!isReady()) return numbers();
   const Frame& frame = view_->manifest().frame;
   const glm::dvec2 from = sampleOf(fromEast, fromNorth), to = sampleOf(toEast, toNorth);
@@ -90,9 +90,7 @@ emscripten::val WebView::lineOfSight(double fromEast, double fromNorth, double f
   if (seen.blockedAt) {
     const glm::dvec2 place = frame.localFromSample(from + *seen.blockedAt * (to - from));
     const glm::dvec3 crs = frame.crsFromLocal({place, seen.blockedHeight});
-    numbers_[2] = crs.x;
-    numbers_[3] = crs.y;
-    numbers_[4] = crs.z;
+    numbers_.insert(numbers_.end(), {crs.x, crs.y, crs.z});
   }
   return numbers();
 }

@@ -179,7 +179,7 @@ Status Terrain::prepareDrawing(const Cut& cut) {
   }
 
   state.report.patches = static_cast<int64_t>(cut.patches.size());
-  state.report.triangles = triangleCount(cut, state.pool);
+  state.report.triangles = triangleCount(cut);
   state.report.tiles = static_cast<int64_t>(read.size());
   state.report.deepestLevel = deepest;
   state.report.errorPixels = static_cast<double>(error);

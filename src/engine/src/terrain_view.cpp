@@ -293,7 +293,7 @@ class TerrainView::State {
     report_.tau = lastSelection_.tolerancePixels;
     report_.memoryFactor = memoryFactor_;
     report_.patches = static_cast<int64_t>(cut_.patches.size());
-    report_.triangles = triangleCount(cut_, *tiles_);
+    report_.triangles = triangleCount(cut_);
     report_.errorPixels = 0.0;
     for (const Patch& patch : cut_.patches)
       report_.errorPixels = std::max(report_.errorPixels, static_cast<double>(patch.errorPixels));

@@ -50,6 +50,8 @@ Result<Framebuffer> Framebuffer::create(const Context& context, const Framebuffe
     glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, out.depth_.get());
   }
   TERRANE_TRY(context.checkErrors("making a picture to draw into"));
+  // note: that would wait as well. What is drawn into here are formats that were asked for at the beginning.
+  if (context.workarounds().slowErrors) return out;
   const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
   if (status != GL_FRAMEBUFFER_COMPLETE)
     return makeError("{} cannot draw into a picture of format {:#x} with {} samples (status {:#x})",

@@ -27,22 +27,10 @@ Status KeptBuffer::reserve(const Context& context, size_t sizeBytes) {
   return {};
 }
 
-void KeptBuffer::write(std::span<const Piece> pieces, const void* data) {
-  size_t sizeBytes = 0;
-  for (const Piece& piece : pieces) sizeBytes += piece.sizeBytes;
-  if (sizeBytes == 0) return;
+void KeptBuffer::write(size_t offsetBytes, const void* data, size_t sizeBytes) {
   glBindVertexArray(0);
-  arrived_.upload(data, sizeBytes);
-  glBindBuffer(GL_COPY_READ_BUFFER, arrived_.name());
-  glBindBuffer(GL_COPY_WRITE_BUFFER, name_.get());
-  size_t from = 0;
-  for (const Piece& piece : pieces) {
-    glCopyBufferSubData(GL_COPY_READ_BUFFER, GL_COPY_WRITE_BUFFER, static_cast<GLintptr>(from),
-                        static_cast<GLintptr>(piece.offsetBytes), static_cast<GLsizeiptr>(piece.sizeBytes));
-    from += piece.sizeBytes;
-  }
-  glBindBuffer(GL_COPY_READ_BUFFER, 0);
-  glBindBuffer(GL_COPY_WRITE_BUFFER, 0);
+  glBindBuffer(target_, name_.get());
+  glBufferSubData(target_, static_cast<GLintptr>(offsetBytes), static_cast<GLsizeiptr>(sizeBytes), data);
 }
 
 }  // namespace terrane::gpu

@@ -15,7 +15,10 @@ double Octagon::distance(glm::dvec2 offset) const {
   const double far = std::max(std::abs(offset.x), std::abs(offset.y));
   const double near = std::min(std::abs(offset.x), std::abs(offset.y));
   if (near <= inner()) return std::max(0.0, far - extent);
-  if (far - extent >= near - inner()) return std::hypot(far - extent, near - inner());
+  if (far - extent >= near - inner()) {
+    const double x = far - extent, y = near - inner();
+    return std::sqrt(x * x + y * y);
+  }
   return std::max(0.0, (far + near - sum) / std::sqrt(2.0));
 }
 

@@ -65,7 +65,10 @@ ScreenMetric::ScreenMetric(const Camera& camera, glm::dvec2 cellMeters, double t
     : camera_(camera),
       cellMeters_(cellMeters),
       nearMeters_(nearMeters),
-      pixelsPerTangent_(camera.pixelsPerTangent()) {
+      pixelsPerTangent_(camera.pixelsPerTangent()),
+      viewOfCellX_(glm::dvec3(camera.right.x, camera.up.x, camera.forward.x) * cellMeters.x),
+      viewOfCellY_(glm::dvec3(camera.right.y, camera.up.y, camera.forward.y) * -cellMeters.y),
+      viewOfUp_(camera.right.z, camera.up.z, camera.forward.z) {
   const double margin = toleranceWindow / pixelsPerTangent_;
   window_ = {camera.tanHalfX() + margin, camera.tanHalfY() + margin};
   cornerCosine_ = 1.0 / std::sqrt(1.0 + window_.x * window_.x + window_.y * window_.y);
@@ -100,7 +103,7 @@ double ScreenMetric::distance(const Prism& prism) const {
   const double horizontal =
       prism.octagon.distance(eye - prism.center) * std::min(cellMeters_.x, cellMeters_.y);
   const double vertical = std::max({0.0, prism.low - camera_.eyeLocal.z, camera_.eyeLocal.z - prism.high});
-  return std::hypot(horizontal, vertical);
+  return std::sqrt(horizontal * horizontal + vertical * vertical);
 }
 
 double ScreenMetric::visibleDepth(const Prism& prism, double nearestDepth) const {
@@ -109,16 +112,16 @@ double ScreenMetric::visibleDepth(const Prism& prism, double nearestDepth) const
 
 void ScreenMetric::findVisiblePoints(const Prism& prism, VisiblePoints& out) const {
   constexpr size_t kCorners = 8;
+  // The corners stand at sums of a few steps from the middle: no product for each.
   const double a = prism.octagon.extent, b = prism.octagon.inner();
-  const std::array<glm::dvec2, kCorners> corners = {
-      {{a, b}, {b, a}, {-b, a}, {-a, b}, {-a, -b}, {-b, -a}, {b, -a}, {a, -b}}};
+  const glm::dvec3 middle =
+      camera_.viewFromLocal({prism.center.x * cellMeters_.x, -prism.center.y * cellMeters_.y, prism.low});
+  const glm::dvec3 ax = a * viewOfCellX_, bx = b * viewOfCellX_, ay = a * viewOfCellY_, by = b * viewOfCellY_;
+  const glm::dvec3 rise = (prism.high - prism.low) * viewOfUp_;
   std::array<std::array<glm::dvec3, kCorners>, 2> view;  // the lower and the upper ring
-  for (size_t i = 0; i < kCorners; ++i) {
-    const glm::dvec2 cell = prism.center + corners[i];
-    for (size_t ring = 0; ring < 2; ++ring)
-      view[ring][i] = camera_.viewFromLocal(
-          {cell.x * cellMeters_.x, -cell.y * cellMeters_.y, ring == 0 ? prism.low : prism.high});
-  }
+  view[0] = {{middle + ax + by, middle + bx + ay, middle - bx + ay, middle - ax + by, middle - ax - by,
+              middle - bx - ay, middle + bx - ay, middle + ax - by}};
+  for (size_t i = 0; i < kCorners; ++i) view[1][i] = view[0][i] + rise;
 
   // The corners in front of the near plane, and where edges pass through it: as the prism moves through the
   // plane, they move, they do not jump.
@@ -160,12 +163,15 @@ double ScreenMetric::errorPixels(const Prism& prism, double errorMeters) const {
 
   // A vertical step e moves a point by e * |up_xy - tangent * up_z| / depth: convex over the window, so its
   // largest value stands at a corner of the visible part.
-  const glm::dvec3 up{camera_.right.z, camera_.up.z, camera_.forward.z};
+  const glm::dvec3& up = viewOfUp_;
   double steepest = 0.0;
-  for (const double x : {low.x, high.x})
-    for (const double y : {low.y, high.y})
-      steepest = std::max(steepest, std::hypot(up.x - x * up.z, up.y - y * up.z));
-  return pixelsPerTangent_ * steepest * errorMeters / visibleDepth(prism, depth.nearestDepth);
+  for (const double x : {low.x, high.x}) {
+    for (const double y : {low.y, high.y}) {
+      const glm::dvec2 step{up.x - x * up.z, up.y - y * up.z};
+      steepest = std::max(steepest, glm::dot(step, step));
+    }
+  }
+  return pixelsPerTangent_ * std::sqrt(steepest) * errorMeters / visibleDepth(prism, depth.nearestDepth);
 }
 
 double ScreenMetric::areaPixels(const Prism& prism) const {

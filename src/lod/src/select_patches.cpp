@@ -1,8 +1,10 @@
 #include "terrane/lod/select_patches.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -115,17 +117,27 @@ class Selector {
     Residency residency;
     const Tile* tile;    ///< the tile, or for Implied its nearest stored ancestor
     uint16_t low, high;  ///< for Implied, of the ancestor's quadrant
+    /// Its mesh levels, as far as they were asked for.
+    std::array<std::optional<const MeshLevel*>, kDeepestVertexLevel + 1> meshes{};
   };
 
-  const TileInfo& info(TileId id) {
+  /// Neighbours follow each other: mostly it is the tile that was asked for last.
+  TileInfo& info(TileId id) {
+    if (last_ != nullptr && lastId_ == id) return *last_;
+    TileInfo& found = find(id);
+    last_ = &found;
+    lastId_ = id;
+    return found;
+  }
+  TileInfo& find(TileId id) {
     if (const auto at = info_.find(id); at != info_.end()) return at->second;
     TileInfo found{Residency::Missing, nullptr, 65535, 0};
     if (const Tile* tile = tiles_.find(id)) {
       found = {Residency::Resident, tile, 65535, 0};
     } else if (!id.isRoot()) {
-      const TileInfo& parent = info(id.parent());
+      const TileInfo& parent = find(id.parent());
       if (parent.residency == Residency::Implied) {
-        found = parent;
+        found = {Residency::Implied, parent.tile, parent.low, parent.high};
       } else if (parent.residency == Residency::Resident) {
         const ChildSummary& child = parent.tile->children[static_cast<size_t>(id.quadrant())];
         if (child.state != ChildState::Present)
@@ -195,20 +207,25 @@ class Selector {
   struct MeshPlace {
     Residency residency = Residency::Missing;  ///< Implied: so deep that there is nothing to be cut any more
     TileId tile;  ///< that is or would be read; where Missing, the one to wish for
-    int level = 0;
+    MeshPlacement at;
     const MeshLevel::Patch* patch = nullptr;  ///< null where it is not made
   };
   MeshPlace meshOf(const Triangle& t) {
     const int n = t.diamond.level;
     TileId id = lattice_.tileOf(t, std::min(grid_.tileLevel(n), finestLevel_));
-    if (info(id).residency == Residency::Missing) return {Residency::Missing, id, 0, nullptr};
+    TileInfo* tile = &info(id);
+    if (tile->residency == Residency::Missing) return {Residency::Missing, id, {}, nullptr};
     // What is not stored is cut out of an ancestor's samples.
-    while (info(id).residency == Residency::Implied) id = id.parent();
+    while (tile->residency == Residency::Implied) {
+      id = id.parent();
+      tile = &info(id);
+    }
     const MeshPlacement at = meshPlacement(lattice_, t, id);
-    if (at.level > kDeepestVertexLevel) return {Residency::Implied, id, at.level, nullptr};
-    MeshPlace out{Residency::Resident, id, at.level, nullptr};
-    if (const MeshLevel* meshes = tiles_.findMeshes(id, at.level))
-      out.patch = &meshes->patches[static_cast<size_t>(at.index)];
+    if (at.level > kDeepestVertexLevel) return {Residency::Implied, id, at, nullptr};
+    MeshPlace out{Residency::Resident, id, at, nullptr};
+    std::optional<const MeshLevel*>& meshes = tile->meshes[static_cast<size_t>(at.level)];
+    if (!meshes) meshes = tiles_.findMeshes(id, at.level);
+    if (*meshes != nullptr) out.patch = &(*meshes)->patches[static_cast<size_t>(at.index)];
     return out;
   }
   /// The larger error of a diamond's meshes that are made: all that may be drawn are.
@@ -363,7 +380,7 @@ class Selector {
       if (place.patch != nullptr) continue;
       least = Residency::Missing;
       if (place.residency == Residency::Resident) {
-        const MeshWish made{place.tile, place.level};
+        const MeshWish made{place.tile, place.at.level};
         if (std::find(cut_.meshWishes.begin(), cut_.meshWishes.end(), made) == cut_.meshWishes.end())
           cut_.meshWishes.push_back(made);
       } else if (place.tile != wished) {
@@ -471,7 +488,14 @@ class Selector {
       patch.morph = made.morph;
       if (made.morph < 1.0F) patch.errorPixels = static_cast<float>(mixedError(made, judged.errorMeters));
     }
-    patch.tile = isMeshes_ ? meshOf(t).tile : lattice_.tileOf(t, grid_.tileLevel(t.diamond.level));
+    if (isMeshes_) {
+      const MeshPlace place = meshOf(t);
+      patch.tile = place.tile;
+      patch.mesh = place.at;
+      patch.triangles = place.patch != nullptr ? place.patch->indexCount / 3 : 0;
+    } else {
+      patch.tile = lattice_.tileOf(t, grid_.tileLevel(t.diamond.level));
+    }
 
     // The shading tile: as deep as one texel a pixel asks for, a tile can hold the patch, and tiles are here.
     patch.shadingTile = patch.tile;
@@ -519,6 +543,8 @@ class Selector {
   bool morphs_;
   MorphRamps ramps_;
   std::unordered_map<TileId, TileInfo, TileIdHash> info_;
+  TileInfo* last_ = nullptr;  ///< what info() gave last, for lastId_
+  TileId lastId_;
   std::vector<Split> splits_;
   WishList wishes_;
   Cut cut_;
@@ -535,15 +561,11 @@ uint8_t nodeErrorCode(const PatchGrid& grid, const TileNodes& nodes, bool isRoot
   return nodes.error[static_cast<size_t>(nodeIndex(stored.level, stored.x, stored.y, isRoot))];
 }
 
-int64_t triangleCount(const Cut& cut, const ResidentTiles& tiles) {
+int64_t triangleCount(const Cut& cut) {
   if (cut.surface == SurfaceKind::Patches)
     return static_cast<int64_t>(cut.patches.size()) * cut.grid.trianglesPerPatch();
   int64_t out = 0;
-  for (const Patch& patch : cut.patches) {
-    const MeshPlacement at = meshPlacement(Lattice(cut.latticeDepth), patch.triangle, patch.tile);
-    if (const MeshLevel* meshes = tiles.findMeshes(patch.tile, at.level))
-      out += meshes->patches[static_cast<size_t>(at.index)].indexCount / 3;
-  }
+  for (const Patch& patch : cut.patches) out += patch.triangles;
   return out;
 }
 

@@ -10,12 +10,14 @@ uniform float uLineReach;               // half the widest line, pixels
 layout(location = 0) out vec4 oColor;   // multiplied by its opacity
 
 const int kMostSegments = 2048;
+const float kBent = 0.4;     // shares of the way to the next pixel
+const float kTorn = 4.0;
 const float kThrough = 0.8;  // pixels from the middle of one
 const float kFlattest = 1.0 / 32.0;  // sine of the angle below which ground is taken to be seen no flatter
 
-ivec4 cellAt(int index) { return texelFetch(uLineCells, ivec3(index & 1023, (index >> 10) & 1023, index >> 20), 0); }
-ivec4 entryAt(int index) { return texelFetch(uLineEntries, ivec3(index & 1023, (index >> 10) & 1023, index >> 20), 0); }
-vec4 styleAt(int index) { return texelFetch(uLineStyles, ivec3(index & 1023, (index >> 10) & 1023, index >> 20), 0); }
+ivec4 cellAt(int index) { return texelFetch(uLineCells, ivec3(index & 1023, (index >> 10) & 63, index >> 16), 0); }
+ivec4 entryAt(int index) { return texelFetch(uLineEntries, ivec3(index & 1023, (index >> 10) & 63, index >> 16), 0); }
+vec4 styleAt(int index) { return texelFetch(uLineStyles, ivec3(index & 1023, (index >> 10) & 63, index >> 16), 0); }
 
 // The cell's list: where it begins and how long it is.
 ivec2 listOf(ivec2 cell, int level) {
@@ -47,11 +49,11 @@ vec3 betterStep(vec4 ahead, vec4 behind) {
   bool useAhead = ahead.w > 0.0 && (behind.w == 0.0 || dot(ahead.xyz, ahead.xyz) <= dot(behind.xyz, behind.xyz));
   return useAhead ? ahead.xyz : behind.w > 0.0 ? behind.xyz : vec3(0.0);
 }
-// Is the ground bent or torn between the two, as the picture shows it?
-bool isBent(vec4 ahead, vec4 behind) {
-  if (ahead.w == 0.0 || behind.w == 0.0) return true;
+// How much the ground bends between the two, as the picture shows it: as a share of the way to the nearer one.
+float bendBetween(vec4 ahead, vec4 behind) {
+  if (ahead.w == 0.0 || behind.w == 0.0) return 1e9;
   vec3 change = ahead.xyz - behind.xyz;
-  return dot(change, change) > 0.16 * min(dot(ahead.xyz, ahead.xyz), dot(behind.xyz, behind.xyz));
+  return length(change) / max(min(length(ahead.xyz), length(behind.xyz)), 1e-20);
 }
 
 float distanceToSegment(vec2 a, vec2 b) {
@@ -76,7 +78,8 @@ vec4 linesAround(ivec2 pixel, vec2 shift, out bool bent) {
   vec4 right, left, above, below;
   stepsAlong(place, pixel, ivec2(1, 0), right, left);
   stepsAlong(place, pixel, ivec2(0, 1), above, below);
-  bent = isBent(right, left) || isBent(above, below);
+  float bend = max(bendBetween(right, left), bendBetween(above, below));
+  bent = bend > kBent;
   vec3 across = cross(betterStep(right, left), betterStep(above, below));
   float area = length(across);
   vec3 normal = area > 0.0 ? across / area : vec3(0.0, 0.0, 1.0);
@@ -160,8 +163,8 @@ vec4 linesAround(ivec2 pixel, vec2 shift, out bool bent) {
       // note: differences, so that what is small does not come out of what is large.
       vec2 aPixels = pixelsPerTangent * (vec2(dot(a3, uViewRight.xyz), dot(a3, uViewUp.xyz)) - middle * (dot(a3, uViewForward.xyz) / depth)) / depthA;
       vec2 bPixels = pixelsPerTangent * (vec2(dot(b3, uViewRight.xyz), dot(b3, uViewUp.xyz)) - middle * (dot(b3, uViewForward.xyz) / depth)) / depthB;
-      // note: a neighbour's word counts where the line runs through it, since its plane ends there.
-      if (shift != vec2(0.0) && distanceToSegment(aPixels, bPixels) > kThrough) continue;
+      // note: at the ground's edges, and of a neighbour, a line counts that runs through the pixel: planes end there.
+      if ((bend > kTorn || shift != vec2(0.0)) && distanceToSegment(aPixels, bPixels) > kThrough) continue;
       float pixels = distanceToSegment(aPixels - shift, bPixels - shift);
       cover = max(cover, clamp(min(half_.x + 0.5 - pixels, 2.0 * half_.x), 0.0, 1.0));
     }

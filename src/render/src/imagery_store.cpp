@@ -80,9 +80,12 @@ int32_t ImageryStore::addPage(const Lattice& lattice, const Triangle& triangle, 
   const auto columns = std::minmax({ends[0].x, ends[1].x, triangle.apex.x});
   const auto rows = std::minmax({ends[0].y, ends[1].y, triangle.apex.y});
   const auto rangeOf = [&](int level) {
-    const double tiles = std::ldexp(1.0 / kSide, level - lattice.depth());
-    const auto first = [&](int32_t at) { return static_cast<int64_t>(std::floor(at * tiles)); };
-    const auto end = [&](int32_t at) { return static_cast<int64_t>(std::ceil(at * tiles)); };
+    // A tile has kSide cells of its own level; levels below the lattice's cut its cells.
+    const int shift = kSideBits + lattice.depth() - level;
+    const auto first = [shift](int64_t at) { return shift >= 0 ? at >> shift : at << -shift; };
+    const auto end = [shift](int64_t at) {
+      return shift >= 0 ? (at + (int64_t{1} << shift) - 1) >> shift : at << -shift;
+    };
     return Range{first(columns.first), first(rows.first),
                  std::max(end(columns.second), first(columns.first) + 1),
                  std::max(end(rows.second), first(rows.first) + 1)};

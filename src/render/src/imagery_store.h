@@ -21,7 +21,8 @@ namespace terrane {
 /// that tells fragments which of them lie over a patch.
 class ImageryStore {
  public:
-  static constexpr int kSide = 256;
+  static constexpr int kSideBits = 8;
+  static constexpr int kSide = 1 << kSideBits;
   static constexpr int kBordered = kSide + 2;
   /// A page knows its finest level and up to this many coarser ones.
   static constexpr int kCoarserLevels = 5;

@@ -13,7 +13,8 @@
 namespace terrane {
 namespace {
 
-constexpr int kSide = 1024;  ///< of the pictures that tables are folded into
+/// Of the pictures that tables are folded into, a megabyte each; the shader has the same numbers.
+constexpr int kColumns = 1024, kRows = 64;
 
 float linearFromSrgb(float c) {
   return c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
@@ -23,23 +24,23 @@ float linearFromSrgb(float c) {
 
 LineLayer::LineLayer(gpu::Context& context)
     : context_(context),
-      cells_(gpu::kRgba32I, kSide, kSide, gpu::Filter::Nearest),
-      entries_(gpu::kRgba32I, kSide, kSide, gpu::Filter::Nearest),
-      styles_(gpu::kRgba32F, kSide, kSide, gpu::Filter::Nearest) {}
+      cells_(gpu::kRgba32I, kColumns, kRows, gpu::Filter::Nearest),
+      entries_(gpu::kRgba32I, kColumns, kRows, gpu::Filter::Nearest),
+      styles_(gpu::kRgba32F, kColumns, kRows, gpu::Filter::Nearest) {}
 
 Status LineLayer::upload(gpu::TextureArray& target, const void* texels, size_t count) const {
-  constexpr size_t kLayer = size_t{kSide} * kSide, kTexelBytes = 16;
+  constexpr size_t kLayer = size_t{kColumns} * kRows, kTexelBytes = 16;
   TERRANE_TRY(target.reserve(context_, static_cast<int>((count + kLayer - 1) / kLayer), gpu::Growth::Exact));
   // Whole rows, and what is left in the last one.
   const auto* bytes = static_cast<const uint8_t*>(texels);
   for (size_t begin = 0; begin < count;) {
-    const int row = static_cast<int>(begin % kLayer / kSide);
+    const int row = static_cast<int>(begin % kLayer / kColumns);
     const size_t left = count - begin;
-    const int rows = static_cast<int>(std::min<size_t>(left / kSide, static_cast<size_t>(kSide - row)));
+    const int rows = static_cast<int>(std::min<size_t>(left / kColumns, static_cast<size_t>(kRows - row)));
     const gpu::TexelRect rect =
-        rows > 0 ? gpu::TexelRect{0, row, kSide, rows} : gpu::TexelRect{0, row, static_cast<int>(left), 1};
+        rows > 0 ? gpu::TexelRect{0, row, kColumns, rows} : gpu::TexelRect{0, row, static_cast<int>(left), 1};
     target.upload(static_cast<int>(begin / kLayer), rect, bytes + begin * kTexelBytes);
-    begin += rows > 0 ? static_cast<size_t>(rows) * kSide : left;
+    begin += rows > 0 ? static_cast<size_t>(rows) * kColumns : left;
   }
   return {};
 }

@@ -6,7 +6,6 @@
 
 #include "patch_instances.h"
 #include "terrane/base/bit_cast.h"
-#include "terrane/lod/mesh_placement.h"
 
 namespace terrane {
 
@@ -44,25 +43,35 @@ Status MeshDrawer::setCut(const Cut& cut, const Frame& frame, LatticePoint ancho
   };
   std::vector<Drawn> order;
   order.reserve(cut.patches.size());
-  TileId last{-1, 0, 0};
+  // note: uploading may move any of them, so all are placed before any is asked where it is.
+  std::vector<const MeshStore::Entry*> entries;
+  entries.reserve(cut.patches.size());
   for (const Patch& patch : cut.patches) {
+    TERRANE_ASSIGN(const MeshStore::Entry* entry,
+                   meshes.place(patch.tile, patch.mesh.level, patch.mesh.index));
+    entries.push_back(entry);
+  }
+  TERRANE_TRY(meshes.upload());
+  TileId last{-1, 0, 0};
+  for (size_t i = 0; i < cut.patches.size(); ++i) {
+    const Patch& patch = cut.patches[i];
+    const MeshStore::Entry* entry = entries[i];
     TERRANE_ASSIGN(const ShadingPlace shading, shadingPlace(patch, tiles));
     // note: patches of a tile mostly follow each other.
     if (!(patch.tile == last)) used.insert(patch.tile);
     last = patch.tile;
     if (shading.entry->coverage == Coverage::Kind::None) continue;
-    const MeshPlacement at = meshPlacement(lattice, patch.triangle, patch.tile);
-    TERRANE_ASSIGN(const MeshStore::Entry* entry, meshes.place(patch.tile, at.level, at.index));
 
     MeshRecord record;
     const int shift = cut.latticeDepth - patch.tile.level;
     const LatticePoint origin{(patch.tile.col * kTileCells) << shift, (patch.tile.row * kTileCells) << shift};
     record.lattice = {origin.x - anchor.x, origin.y - anchor.y, 1 << shift,
                       static_cast<int32_t>(entry->firstIndex)};
-    const PatchCorners corners = patchCorners(at.level, at.index, (patch.tile.col + patch.tile.row) % 2 == 0);
+    const PatchCorners corners =
+        patchCorners(patch.mesh.level, patch.mesh.index, (patch.tile.col + patch.tile.row) % 2 == 0);
     record.corners = {packed(corners.apex), packed(corners.ends[0]), packed(corners.ends[1]), 0};
     const auto cells = shadingCells(origin, 1 << shift, cut.latticeDepth, shading.tile, frame);
-    for (size_t i = 0; i < cells.size(); ++i) record.shading[i] = bitCast<int32_t>(cells[i]);
+    for (size_t c = 0; c < cells.size(); ++c) record.shading[c] = bitCast<int32_t>(cells[c]);
     record.layers = {shading.entry->layer, shading.entry->coverageLayer, tileColor(patch.tile),
                      bitCast<int32_t>(patch.errorPixels)};
     record.imagery = {imagery.addPage(lattice, patch.triangle, shading.tile), bitCast<int32_t>(patch.morph),
@@ -76,7 +85,6 @@ Status MeshDrawer::setCut(const Cut& cut, const Frame& frame, LatticePoint ancho
     order.push_back({dx * dx + dy * dy, entry});
     triangles_ += entry->patch().indexCount / 3;
   }
-  meshes.upload();
   tiles_ = static_cast<int>(used.size());
 
   // Near patches first: what they hide is not shaded.

@@ -6,28 +6,22 @@ namespace terrane {
 
 namespace {
 
-/// Room at first, 28 MB: what a frame draws several times over, so that what comes back into view is still
-/// there. Smallest pieces: a patch of two triangles is not worth less.
-constexpr uint32_t kFirstVertices = 1U << 20;
-constexpr uint32_t kFirstIndices = 1U << 22;
-constexpr uint32_t kSmallestVertices = 16;
-constexpr uint32_t kSmallestIndices = 32;
 /// Growth ends here, a gigabyte: then the caller draws too much.
 constexpr uint32_t kMostUnits = 1U << 27;
 constexpr int kSlotShift = 18;
 
 }  // namespace
 
-MeshStore::MeshStore(gpu::Context& context)
+MeshStore::MeshStore(gpu::Context& context, const Room& room)
     : context_(context),
-      vertexPlaces_(kFirstVertices, kSmallestVertices),
-      indexPlaces_(kFirstIndices, kSmallestIndices),
       vertices_(GL_ARRAY_BUFFER),
-      indices_(GL_ELEMENT_ARRAY_BUFFER) {}
+      indices_(GL_ELEMENT_ARRAY_BUFFER),
+      vertexUnits_(room.vertices),
+      indexUnits_(room.indices) {}
 
 Status MeshStore::makeBuffers() {
-  const size_t vertexBytes = size_t{vertexPlaces_.units()} * sizeof(PatchVertex);
-  const size_t indexBytes = size_t{indexPlaces_.units()} * sizeof(uint32_t);
+  const size_t vertexBytes = size_t{vertexUnits_} * sizeof(PatchVertex);
+  const size_t indexBytes = size_t{indexUnits_} * sizeof(uint32_t);
   if (vertices_.sizeBytes() >= vertexBytes && indices_.sizeBytes() >= indexBytes) return {};
   TERRANE_TRY(vertices_.reserve(context_, vertexBytes));
   TERRANE_TRY(indices_.reserve(context_, indexBytes));
@@ -67,6 +61,7 @@ void MeshStore::drop(TileId id) {
 }
 
 void MeshStore::releaseAll(TileId id, const MeshLevel& meshes) {
+  forgetArriving();
   for (int index = 0; index < static_cast<int>(meshes.patches.size()); ++index) {
     const auto at = entries_.find({id, meshes.level, index});
     if (at == entries_.end()) continue;
@@ -76,37 +71,57 @@ void MeshStore::releaseAll(TileId id, const MeshLevel& meshes) {
 }
 
 void MeshStore::release(const Entry& entry) {
-  slots_.giveBack(entry.slot);
-  vertexPlaces_.giveBack(entry.firstVertex);
-  indexPlaces_.giveBack(entry.firstIndex);
+  if (entry.slot >= 0) slots_.giveBack(entry.slot);
 }
 
-bool MeshStore::dropOldest() {
-  // All of the oldest quarter of the frames go: looking for each would cost as much.
-  uint64_t oldest = frame_;
-  for (const auto& [key, entry] : entries_) oldest = std::min(oldest, entry.frame);
-  if (oldest == frame_) return false;
-  const uint64_t last = oldest + (frame_ - 1 - oldest) / 4;
-  for (auto at = entries_.begin(); at != entries_.end();) {
-    if (at->second.frame > last) {
-      ++at;
-      continue;
-    }
+void MeshStore::beginFrame() {
+  forgetArriving();
+  ++frame_;
+}
+
+/// What a frame that failed did not upload was never there.
+void MeshStore::forgetArriving() {
+  for (const auto& [key, entry] : arriving_) {
+    release(*entry);
+    entries_.erase(key);
+  }
+  arriving_.clear();
+  arrivingVertices_ = arrivingIndices_ = 0;
+}
+
+void MeshStore::arrive(const Key& key, Entry& entry) {
+  arriving_.emplace_back(key, &entry);
+  arrivingVertices_ += entry.patch().vertexCount;
+  arrivingIndices_ += entry.patch().indexCount;
+}
+
+/// Is there room for what arrives, side by side, before the places of the oldest that is written?
+bool MeshStore::hasRoom() const {
+  const auto fits = [](uint64_t next, uint64_t count, uint64_t units, uint64_t begin) {
+    // note: what does not fit before the buffer's end begins anew.
+    const uint64_t at = next % units + count > units ? next + units - next % units : next;
+    return count <= units && at + count <= begin + units;
+  };
+  if (written_.empty()) return arrivingVertices_ <= vertexUnits_ && arrivingIndices_ <= indexUnits_;
+  const Written& oldest = written_.front();
+  return fits(nextVertex_, arrivingVertices_, vertexUnits_, oldest.firstVertex) &&
+         fits(nextIndex_, arrivingIndices_, indexUnits_, oldest.firstIndex);
+}
+
+/// Frees the places of the oldest; if it is drawn in this frame it arrives anew.
+bool MeshStore::freeOldest() {
+  if (written_.empty()) return false;
+  const Written oldest = written_.front();
+  written_.pop_front();
+  const auto at = entries_.find(oldest.key);
+  if (at == entries_.end() || at->second.serial != oldest.serial) return true;
+  if (at->second.frame == frame_) {
+    arrive(at->first, at->second);
+  } else {
     release(at->second);
-    at = entries_.erase(at);
+    entries_.erase(at);
   }
   return true;
-}
-
-Result<uint32_t> MeshStore::takeRoom(BuddyAllocator& places, uint32_t units) {
-  for (;;) {
-    if (const auto first = places.take(units)) return *first;
-    if (dropOldest()) continue;
-    if (places.units() >= kMostUnits)
-      return makeError("no room for meshes on the GPU: {} MB are drawn at once; draw with a larger tau",
-                       gpuBytes() >> 20);
-    places.grow();
-  }
 }
 
 Result<const MeshStore::Entry*> MeshStore::place(TileId id, int level, int index) {
@@ -122,46 +137,70 @@ Result<const MeshStore::Entry*> MeshStore::place(TileId id, int level, int index
   entry.meshes = tile->second.at(level);
   entry.index = index;
   entry.frame = frame_;
-  const MeshLevel& meshes = *entry.meshes;
-  const MeshLevel::Patch& patch = entry.patch();
-
-  while (entries_.size() >= kMostSlots)
-    if (!dropOldest())
-      return makeError("more than {} meshes are drawn at once; draw with a larger tau", kMostSlots);
-  TERRANE_ASSIGN(entry.firstVertex, takeRoom(vertexPlaces_, patch.vertexCount));
-  auto room = takeRoom(indexPlaces_, patch.indexCount);
-  if (!room.ok()) {
-    vertexPlaces_.giveBack(entry.firstVertex);
-    return room.error();
-  }
-  entry.firstIndex = *room;
-  entry.slot = slots_.take();
-  if (const Status made = makeBuffers(); !made.ok()) {
-    release(entry);
-    return made.error();
-  }
-
-  // Vertices learn their slot, indices count from the buffer's beginning.
-  const PatchVertex* vertices = meshes.vertices.data() + patch.firstVertex;
-  newVertices_.insert(newVertices_.end(), vertices, vertices + patch.vertexCount);
-  for (size_t i = newVertices_.size() - patch.vertexCount; i < newVertices_.size(); ++i)
-    newVertices_[i].place |= static_cast<uint32_t>(entry.slot) << kSlotShift;
-  for (uint32_t i = 0; i < patch.indexCount; ++i)
-    newIndices_.push_back(entry.firstVertex + meshes.indices[patch.firstIndex + i]);
-  vertexPieces_.push_back(
-      {size_t{entry.firstVertex} * sizeof(PatchVertex), size_t{patch.vertexCount} * sizeof(PatchVertex)});
-  indexPieces_.push_back(
-      {size_t{entry.firstIndex} * sizeof(uint32_t), size_t{patch.indexCount} * sizeof(uint32_t)});
-  return &entries_.emplace(key, std::move(entry)).first->second;
+  Entry& kept = entries_.emplace(key, std::move(entry)).first->second;
+  arrive(key, kept);
+  return &kept;
 }
 
-void MeshStore::upload() {
-  vertices_.write(vertexPieces_, newVertices_.data());
-  indices_.write(indexPieces_, newIndices_.data());
+Status MeshStore::upload() {
+  if (arriving_.empty()) return {};
+  // Slots first: those that were written longest ago give way.
+  while (entries_.size() > kMostSlots)
+    if (!freeOldest())
+      return makeError("more than {} meshes are drawn at once; draw with a larger tau", kMostSlots);
+  for (const auto& [key, entry] : arriving_)
+    if (entry->slot < 0) entry->slot = slots_.take();
+
+  // Then places. Where most would be written again and again, larger buffers are filled anew.
+  const auto isCramped = [](uint64_t count, uint32_t units) {
+    return 2 * count > units && units < kMostUnits;
+  };
+  for (;;) {
+    const bool grows = isCramped(arrivingVertices_, vertexUnits_) || isCramped(arrivingIndices_, indexUnits_);
+    if (!grows && hasRoom()) break;
+    if (freeOldest()) continue;
+    if (!grows)
+      return makeError("no room for meshes on the GPU: {} MB are drawn at once; draw with a larger tau",
+                       gpuBytes() >> 20);
+    if (isCramped(arrivingVertices_, vertexUnits_)) vertexUnits_ *= 2;
+    if (isCramped(arrivingIndices_, indexUnits_)) indexUnits_ *= 2;
+    nextVertex_ = nextIndex_ = 0;
+  }
+  TERRANE_TRY(makeBuffers());
+  const auto begin = [](uint64_t next, uint64_t count, uint64_t units) {
+    return next % units + count > units ? next + units - next % units : next;
+  };
+  uint64_t vertex = begin(nextVertex_, arrivingVertices_, vertexUnits_);
+  uint64_t index = begin(nextIndex_, arrivingIndices_, indexUnits_);
+  const size_t vertexBytes = static_cast<size_t>(vertex % vertexUnits_) * sizeof(PatchVertex);
+  const size_t indexBytes = static_cast<size_t>(index % indexUnits_) * sizeof(uint32_t);
+
   newVertices_.clear();
   newIndices_.clear();
-  vertexPieces_.clear();
-  indexPieces_.clear();
+  for (const auto& [key, entry] : arriving_) {
+    const MeshLevel& meshes = *entry->meshes;
+    const MeshLevel::Patch& patch = entry->patch();
+    entry->firstVertex = static_cast<uint32_t>(vertex % vertexUnits_);
+    entry->firstIndex = static_cast<uint32_t>(index % indexUnits_);
+    entry->serial = ++lastSerial_;
+    written_.push_back({key, entry->serial, vertex, index});
+    vertex += patch.vertexCount;
+    index += patch.indexCount;
+    // Vertices learn their slot, indices count from the buffer's beginning.
+    const PatchVertex* vertices = meshes.vertices.data() + patch.firstVertex;
+    newVertices_.insert(newVertices_.end(), vertices, vertices + patch.vertexCount);
+    for (size_t i = newVertices_.size() - patch.vertexCount; i < newVertices_.size(); ++i)
+      newVertices_[i].place |= static_cast<uint32_t>(entry->slot) << kSlotShift;
+    for (uint32_t i = 0; i < patch.indexCount; ++i)
+      newIndices_.push_back(entry->firstVertex + meshes.indices[patch.firstIndex + i]);
+  }
+  nextVertex_ = vertex;
+  nextIndex_ = index;
+  vertices_.write(vertexBytes, newVertices_.data(), newVertices_.size() * sizeof(PatchVertex));
+  indices_.write(indexBytes, newIndices_.data(), newIndices_.size() * sizeof(uint32_t));
+  arriving_.clear();
+  arrivingVertices_ = arrivingIndices_ = 0;
+  return {};
 }
 
 }  // namespace terrane

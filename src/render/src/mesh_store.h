@@ -1,12 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
-#include "buddy_allocator.h"
 #include "terrane/base/result.h"
 #include "terrane/codec/mesh_level.h"
 #include "terrane/gpu/context.h"
@@ -18,17 +19,20 @@
 namespace terrane {
 
 /// Adaptive meshes of patches on the GPU: one buffer of vertices and one of indices for all of them. A patch
-/// comes there when it is first drawn; what was not drawn for longest gives way. Each has a *slot*, a number
-/// that its vertices carry and by which shaders find what a frame says of the patch.
+/// comes there when it is first drawn. What comes in one frame is written side by side, by one upload a
+/// buffer, around and around: it takes the places of what came longest ago, and what of that is still drawn
+/// comes anew. Each has a *slot*, a number that its vertices carry and by which shaders find what a frame
+/// says of the patch.
 class MeshStore {
  public:
   /// Where a patch's mesh is.
   struct Entry {
     std::shared_ptr<const MeshLevel> meshes;
     int index = 0;  ///< of the patch
-    int slot = 0;
+    int slot = -1;
     uint32_t firstVertex = 0;  ///< in the vertex buffer
     uint32_t firstIndex = 0;   ///< in the index buffer
+    uint64_t serial = 0;       ///< of what was written there; 0: nothing yet
     uint64_t frame = 0;        ///< when it was last drawn
 
     const MeshLevel::Patch& patch() const { return meshes->patches[static_cast<size_t>(index)]; }
@@ -36,7 +40,14 @@ class MeshStore {
   /// Slots that there are at most: a vertex has 14 bits for them.
   static constexpr int kMostSlots = 1 << 14;
 
-  explicit MeshStore(gpu::Context& context);
+  /// Room at first, in vertices and indices: 28 MB, what a frame draws several times over, so that little of
+  /// it is written again. It grows where that is too little.
+  struct Room {
+    uint32_t vertices = 1U << 20;
+    uint32_t indices = 1U << 22;
+  };
+  explicit MeshStore(gpu::Context& context) : MeshStore(context, Room()) {}
+  MeshStore(gpu::Context& context, const Room& room);
 
   /// A tile's meshes of a level may be drawn from now on; they replace what was there.
   void add(TileId id, std::shared_ptr<const MeshLevel> meshes);
@@ -45,12 +56,12 @@ class MeshStore {
   bool has(TileId id, int level) const;
 
   /// The next frame begins: what it places stays until it ends.
-  void beginFrame() { ++frame_; }
-  /// Gives a patch's mesh a place on the GPU, if it has none. The place stays for this frame. Fails where
-  /// there is no such mesh, or no room even without what this frame does not draw.
+  void beginFrame();
+  /// Draws a patch's mesh in this frame. Where it is, and in which slot, upload() tells; the entry stays for
+  /// this frame. Fails where there is no such mesh.
   Result<const Entry*> place(TileId id, int level, int index);
-  /// Brings what place() found new to the GPU. Before drawing.
-  void upload();
+  /// Brings what is drawn in this frame to the GPU, if it is not there. Fails where there is no room for it.
+  Status upload();
 
   int highestSlot() const { return slots_.highest(); }
   /// Draws from these; attributes of mesh.vert.
@@ -74,28 +85,38 @@ class MeshStore {
              static_cast<size_t>(key.index);
     }
   };
+  /// What was written, in the order of its places: the oldest first. Another serial: it is there no more.
+  struct Written {
+    Key key;
+    uint64_t serial = 0;
+    uint64_t firstVertex = 0;  ///< counted on from around to around
+    uint64_t firstIndex = 0;
+  };
   Status makeBuffers();
-  /// Room in one of the buffers; drops what other frames drew, then grows.
-  Result<uint32_t> takeRoom(BuddyAllocator& places, uint32_t units);
-  /// Drops what was not drawn for longest, some of it at least; false where all is drawn now.
-  bool dropOldest();
+  bool hasRoom() const;
+  bool freeOldest();
   void releaseAll(TileId id, const MeshLevel& meshes);
   void release(const Entry& entry);
+  void arrive(const Key& key, Entry& entry);
+  void forgetArriving();
 
   gpu::Context& context_;
   std::unordered_map<TileId, std::map<int, std::shared_ptr<const MeshLevel>>, TileIdHash> meshes_;
   std::unordered_map<Key, Entry, KeyHash> entries_;
   LayerPool slots_;
-  BuddyAllocator vertexPlaces_;
-  BuddyAllocator indexPlaces_;
   gpu::KeptBuffer vertices_;
   gpu::KeptBuffer indices_;
   gpu::VertexArray vertexArray_;
-  // What is to be uploaded.
+  uint32_t vertexUnits_;
+  uint32_t indexUnits_;
+  std::deque<Written> written_;
+  uint64_t nextVertex_ = 0, nextIndex_ = 0;  ///< where the next is written, counted on
+  uint64_t lastSerial_ = 0;
+  // What upload() has to write, and how much it is.
+  std::vector<std::pair<Key, Entry*>> arriving_;
+  uint64_t arrivingVertices_ = 0, arrivingIndices_ = 0;
   std::vector<PatchVertex> newVertices_;
   std::vector<uint32_t> newIndices_;
-  std::vector<gpu::KeptBuffer::Piece> vertexPieces_;
-  std::vector<gpu::KeptBuffer::Piece> indexPieces_;
   uint64_t frame_ = 0;
 };
 

@@ -7,7 +7,9 @@ import { kPatience, makeDataset, near, serve } from "./harness.mjs";
 
 let screen, server, browser, page;
 before(async () => {
-  screen = spawn("Xvfb", ["-displayfd", "1", "-screen", "0", "1024x720x24", "+extension", "GLX", "-nolisten", "tcp"], { stdio: ["ignore", "pipe", "ignore"] });
+  screen = spawn("Xvfb", ["-displayfd", "1", "-screen", "0", "1024x720x24", "+extension", "GLX", "-nolisten", "tcp"], {
+    stdio: ["ignore", "pipe", "ignore"],
+  });
   const display = await new Promise((resolve, reject) => {
     screen.stdout.once("data", (text) => resolve(`:${String(text).trim()}`));
     screen.once("error", reject);
@@ -15,8 +17,12 @@ before(async () => {
   });
   server = await serve(makeDataset());
   browser = await puppeteer.launch({
-    browser: "firefox", executablePath: process.env.FIREFOX ?? "/usr/bin/firefox-esr", headless: false, protocol: "webDriverBiDi",
-    env: { ...process.env, DISPLAY: display, MOZ_DISABLE_CONTENT_SANDBOX: "1" }, defaultViewport: { width: 900, height: 620 },
+    browser: "firefox",
+    executablePath: process.env.FIREFOX ?? "/usr/bin/firefox-esr",
+    headless: false,
+    protocol: "webDriverBiDi",
+    env: { ...process.env, DISPLAY: display, MOZ_DISABLE_CONTENT_SANDBOX: "1" },
+    defaultViewport: { width: 900, height: 620 },
     extraPrefsFirefox: { "webgl.force-enabled": true, "webgl.disable-fail-if-major-performance-caveat": true },
   });
   page = await browser.newPage();
@@ -30,26 +36,40 @@ after(async () => {
   screen?.kill();
 });
 
-const settled = () => page.waitForFunction(() => window.terraneApp !== undefined && window.terraneViewer.isSettled && document.querySelector(".splash") === null);
+const settled = () =>
+  page.waitForFunction(
+    () => window.terraneApp !== undefined && window.terraneViewer.isSettled && document.querySelector(".splash") === null,
+  );
 const text = (selector) => page.$eval(selector, (element) => element.innerText);
 
 async function lookDown() {
   await page.evaluate(() => {
     const { terraneViewer: viewer } = window;
     const { west, east, south, north } = viewer.dataset.bounds;
-    viewer.setView({ easting: (west + east) / 2, northing: (south + north) / 2, height: 1.6 * (north - south) + viewer.dataset.maxHeight, heading: 0, pitch: -89.9, fov: 45 });
+    viewer.setView({
+      easting: (west + east) / 2,
+      northing: (south + north) / 2,
+      height: 1.6 * (north - south) + viewer.dataset.maxHeight,
+      heading: 0,
+      pitch: -89.9,
+      fov: 45,
+    });
   });
   await settled();
 }
 
 async function clickGround(x, y) {
-  const [place, at] = await page.evaluate((x, y) => {
-    const { terraneViewer: viewer } = window;
-    const { west, east, south, north } = viewer.dataset.bounds;
-    const [easting, northing] = [west + (east - west) * x, south + (north - south) * y];
-    const at = viewer.project({ easting, northing, height: viewer.elevationAt(easting, northing) });
-    return [viewer.pick(Math.round(at.x), Math.round(at.y)), { x: Math.round(at.x), y: Math.round(at.y) }];
-  }, x, y);
+  const [place, at] = await page.evaluate(
+    (x, y) => {
+      const { terraneViewer: viewer } = window;
+      const { west, east, south, north } = viewer.dataset.bounds;
+      const [easting, northing] = [west + (east - west) * x, south + (north - south) * y];
+      const at = viewer.project({ easting, northing, height: viewer.elevationAt(easting, northing) });
+      return [viewer.pick(Math.round(at.x), Math.round(at.y)), { x: Math.round(at.x), y: Math.round(at.y) }];
+    },
+    x,
+    y,
+  );
   await page.mouse.click(at.x, at.y);
   return place;
 }
@@ -104,7 +124,9 @@ test("Firefox: profile with its plot", async () => {
   const b = await clickGround(0.85, 0.85);
   await page.waitForSelector(".profile-plot:not([hidden])");
   const told = await server.ask(`/d/hills/profile?points=${a.easting},${a.northing};${b.easting},${b.northing}&samples=512`);
-  const [, low, high] = /· ([\d\u202f]+) to ([\d\u202f]+) m ·/.exec(await text(".profile-summary")).map((part) => Number(part.replaceAll("\u202f", "")));
+  const [, low, high] = /· ([\d\u202f]+) to ([\d\u202f]+) m ·/
+    .exec(await text(".profile-summary"))
+    .map((part) => Number(part.replaceAll("\u202f", "")));
   assert.ok(near(low, Math.min(...told.heightsMeters), 1) && near(high, Math.max(...told.heightsMeters), 1));
   const box = await (await page.$(".profile-plot")).boundingBox();
   await page.mouse.move(box.x + box.width / 2, box.y + 50);
@@ -132,7 +154,20 @@ test("Firefox: lines are drawn, and files dropped", async () => {
   await page.evaluate(() => {
     const transfer = new DataTransfer();
     const { west, south } = window.terraneViewer.dataset.bounds;
-    transfer.items.add(new File([JSON.stringify({ type: "LineString", coordinates: [[west + 100, south + 100], [west + 900, south + 900]] })], "one.geojson"));
+    transfer.items.add(
+      new File(
+        [
+          JSON.stringify({
+            type: "LineString",
+            coordinates: [
+              [west + 100, south + 100],
+              [west + 900, south + 900],
+            ],
+          }),
+        ],
+        "one.geojson",
+      ),
+    );
     document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
   });
   await page.waitForFunction(() => window.terraneApp.lines.lines.length === 2);

@@ -13,8 +13,16 @@ export const kWork = process.env.TERRANE_TEST_FOLDER ?? join(kRoot, "build/tests
 export const kPatience = 90_000;
 
 const kFlags = [
-  "--no-sandbox", "--no-first-run", "--disable-quic", "--disable-background-networking", "--disable-component-update", "--disable-sync",
-  "--disable-dev-shm-usage", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist",
+  "--no-sandbox",
+  "--no-first-run",
+  "--disable-quic",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+  "--disable-dev-shm-usage",
+  "--use-gl=angle",
+  "--use-angle=gl-egl",
+  "--ignore-gpu-blocklist",
 ];
 
 const run = (...args) => execFileSync(kTerrane, args, { stdio: ["ignore", "pipe", "pipe"] });
@@ -26,14 +34,28 @@ export function makeDataset(name = "hills", { crs, imagery = true, seed = 1, siz
   if (existsSync(join(dataset, "manifest.json"))) return dataset;
   const [heights, color] = [join(kWork, `${name}.tif`), join(kWork, `${name}-color.tif`)];
   run("synth", "-o", heights, "--color", color, "--size", String(size), "--seed", String(seed), "--overwrite", "-q");
-  run("build", heights, "-o", dataset, "--overwrite", "-q", "--attribution", "Heights of nobody", ...(crs ? ["--crs", `EPSG:${crs}`] : []),
-    ...(imagery ? ["--imagery", `pictures=${color}`, "--imagery-attribution", "pictures=Pictures of no place"] : []));
+  run(
+    "build",
+    heights,
+    "-o",
+    dataset,
+    "--overwrite",
+    "-q",
+    "--attribution",
+    "Heights of nobody",
+    ...(crs ? ["--crs", `EPSG:${crs}`] : []),
+    ...(imagery ? ["--imagery", `pictures=${color}`, "--imagery-attribution", "pictures=Pictures of no place"] : []),
+  );
   return dataset;
 }
 
 /** `terrane serve` of these datasets, with the viewer. */
 export async function serve(datasets, { port = 0, args = [] } = {}) {
-  const child = spawn(kTerrane, ["serve", ...[datasets].flat(), "--port", String(port), "-q", "--grace", "0", "--viewer", kViewer, ...args], { stdio: ["ignore", "pipe", "inherit"] });
+  const child = spawn(
+    kTerrane,
+    ["serve", ...[datasets].flat(), "--port", String(port), "-q", "--grace", "0", "--viewer", kViewer, ...args],
+    { stdio: ["ignore", "pipe", "inherit"] },
+  );
   const url = await new Promise((resolve, reject) => {
     child.stdout.once("data", (text) => resolve(String(text).trim()));
     child.once("exit", (code) => reject(new Error(`terrane serve ended with ${code}`)));
@@ -82,12 +104,15 @@ export async function openViewer(page, url) {
 
 /** Where a place of the ground is on the page. */
 export function pixelOf(page, easting, northing) {
-  return page.evaluate(([easting, northing]) => {
-    const { terraneViewer: viewer } = window;
-    const at = viewer.project({ easting, northing, height: viewer.elevationAt(easting, northing) });
-    const box = viewer.canvas.getBoundingClientRect();
-    return { x: at.x + box.left, y: at.y + box.top };
-  }, [easting, northing]);
+  return page.evaluate(
+    ([easting, northing]) => {
+      const { terraneViewer: viewer } = window;
+      const at = viewer.project({ easting, northing, height: viewer.elevationAt(easting, northing) });
+      const box = viewer.canvas.getBoundingClientRect();
+      return { x: at.x + box.left, y: at.y + box.top };
+    },
+    [easting, northing],
+  );
 }
 
 /** Looks at the ground from straight above, so that every place of it can be clicked on. */
@@ -95,17 +120,27 @@ export async function lookDown(page) {
   await page.evaluate(() => {
     const { terraneViewer: viewer } = window;
     const { west, east, south, north } = viewer.dataset.bounds;
-    viewer.setView({ easting: (west + east) / 2, northing: (south + north) / 2, height: 1.6 * (north - south) + viewer.dataset.maxHeight, heading: 0, pitch: -89.9, fov: 45 });
+    viewer.setView({
+      easting: (west + east) / 2,
+      northing: (south + north) / 2,
+      height: 1.6 * (north - south) + viewer.dataset.maxHeight,
+      heading: 0,
+      pitch: -89.9,
+      fov: 45,
+    });
   });
   await settled(page);
 }
 
 /** A place within the dataset: 0, 0 its south-west corner, 1, 1 its north-east one. */
 export function placeAt(page, x, y) {
-  return page.evaluate(([x, y]) => {
-    const { west, east, south, north } = window.terraneViewer.dataset.bounds;
-    return { easting: west + (east - west) * x, northing: south + (north - south) * y };
-  }, [x, y]);
+  return page.evaluate(
+    ([x, y]) => {
+      const { west, east, south, north } = window.terraneViewer.dataset.bounds;
+      return { easting: west + (east - west) * x, northing: south + (north - south) * y };
+    },
+    [x, y],
+  );
 }
 
 /** Clicks on the ground at a place of the dataset, and returns what the viewer sees there. */
@@ -126,7 +161,8 @@ export async function resultOf(page, label) {
 }
 export function metersOf(shown) {
   const [, sign, digits, unit] = /([−+-]?)([\d\u202f.]+)\s*(km²|m²|ha|km|m)?/.exec(shown) ?? [];
-  const value = Number(digits?.replaceAll("\u202f", "")) * { km: 1000, "km²": 1e6, ha: 1e4 }[unit] || Number(digits?.replaceAll("\u202f", ""));
+  const value =
+    Number(digits?.replaceAll("\u202f", "")) * { km: 1000, "km²": 1e6, ha: 1e4 }[unit] || Number(digits?.replaceAll("\u202f", ""));
   return sign === "−" || sign === "-" ? -value : value;
 }
 
@@ -135,7 +171,8 @@ export function dropFiles(page, files) {
   return page.evaluate((files) => {
     const transfer = new DataTransfer();
     for (const { name, text } of files) transfer.items.add(new File([text], name));
-    for (const type of ["dragenter", "dragover", "drop"]) document.body.dispatchEvent(new DragEvent(type, { dataTransfer: transfer, bubbles: true, cancelable: true }));
+    for (const type of ["dragenter", "dragover", "drop"])
+      document.body.dispatchEvent(new DragEvent(type, { dataTransfer: transfer, bubbles: true, cancelable: true }));
   }, files);
 }
 

@@ -1,6 +1,19 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { downloaded, dropFiles, kPatience, lastToast, launch, makeDataset, near, newPage, openViewer, serve, settled, text } from "./harness.mjs";
+import {
+  downloaded,
+  dropFiles,
+  kPatience,
+  lastToast,
+  launch,
+  makeDataset,
+  near,
+  newPage,
+  openViewer,
+  serve,
+  settled,
+  text,
+} from "./harness.mjs";
 
 let server, browser, page;
 before(async () => {
@@ -58,7 +71,11 @@ test("layers: imagery by name, outlines, haze and water are switched", async () 
   await settled(page);
   assert.ok(differs(before, await picture()), "without imagery the picture is the same");
   await page.locator("#panel-layers .switch", { hasText: "pictures" }).click();
-  for (const [label, outline] of [["Triangles", "wireframe"], ["Patches", "patches"], ["None", "none"]]) {
+  for (const [label, outline] of [
+    ["Triangles", "wireframe"],
+    ["Patches", "patches"],
+    ["None", "none"],
+  ]) {
     await page.locator("#panel-layers .choice", { hasText: label }).click();
     assert.equal((await settings()).outline, outline);
   }
@@ -154,10 +171,14 @@ test("statistics: plots move on, and tell what the viewer tells", async () => {
     }, plot);
   const before = await ink("triangles");
   await page.evaluate(() => window.terraneViewer.flyTo(window.terraneViewer.overview(), { seconds: 0.3 }));
-  await page.waitForFunction(() => {
-    const shown = document.querySelector("[data-plot=frame] strong").textContent;
-    return shown !== "0.0 ms" && shown !== "";
-  }, null, { polling: 30 });
+  await page.waitForFunction(
+    () => {
+      const shown = document.querySelector("[data-plot=frame] strong").textContent;
+      return shown !== "0.0 ms" && shown !== "";
+    },
+    null,
+    { polling: 30 },
+  );
   for (const plot of ["frame", "triangles", "error", "bytes", "requests"]) assert.ok((await ink(plot)) > 0, plot);
   assert.ok((await ink("triangles")) > before, "the plot of triangles stands still");
   await settled(page);
@@ -185,7 +206,9 @@ test("flights: recorded, flown again, saved, opened by dropping", async () => {
   assert.equal(flight.coordinates, "crs");
   assert.ok(flight.keys.length >= 2 && flight.keys.at(-1).time >= 0.9, `${flight.keys.length} keys`);
 
-  const isAtEnd = (end) => Math.abs(window.terraneViewer.view.height - end.height) < 0.01 * end.height && Math.abs(window.terraneViewer.view.heading - end.heading) < 0.5;
+  const isAtEnd = (end) =>
+    Math.abs(window.terraneViewer.view.height - end.height) < 0.01 * end.height &&
+    Math.abs(window.terraneViewer.view.heading - end.heading) < 0.5;
   await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
   await page.locator("#flight-replay").click();
   await page.waitForFunction(() => window.terraneApp.flights.state === "flying");
@@ -202,7 +225,9 @@ test("flights: recorded, flown again, saved, opened by dropping", async () => {
 });
 
 test("flights: a file that is none is said to be none", async () => {
-  await dropFiles(page, [{ name: "bad.json", text: '{"terraneFlight":1,"keys":[{"time":0,"eye":[0,0,0],"wrong":1},{"time":1,"eye":[0,0,0]}]}' }]);
+  await dropFiles(page, [
+    { name: "bad.json", text: '{"terraneFlight":1,"keys":[{"time":0,"eye":[0,0,0],"wrong":1},{"time":1,"eye":[0,0,0]}]}' },
+  ]);
   await lastToast(page, "bad.json");
   await dropFiles(page, [{ name: "worse.json", text: '{"terraneFlight":1}' }]);
   await lastToast(page, "worse.json");

@@ -1,6 +1,21 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { kPatience, launch, lookDown, makeDataset, metersOf, near, newPage, openViewer, pixelOf, placeAt, resultOf, serve, settled, text } from "./harness.mjs";
+import {
+  kPatience,
+  launch,
+  lookDown,
+  makeDataset,
+  metersOf,
+  near,
+  newPage,
+  openViewer,
+  pixelOf,
+  placeAt,
+  resultOf,
+  serve,
+  settled,
+  text,
+} from "./harness.mjs";
 
 let server, browser, page, touch;
 before(async () => {
@@ -15,7 +30,8 @@ after(async () => {
   await server?.stop();
 });
 
-const isWhole = (box, width = 390, height = 844) => box !== null && box.x >= 0 && box.y >= 0 && box.x + box.width <= width + 0.5 && box.y + box.height <= height + 0.5;
+const isWhole = (box, width = 390, height = 844) =>
+  box !== null && box.x >= 0 && box.y >= 0 && box.x + box.width <= width + 0.5 && box.y + box.height <= height + 0.5;
 
 /** Fingers at these places, from now on. */
 const fingers = (type, places) => touch.send("Input.dispatchTouchEvent", { type, touchPoints: places.map(([x, y], id) => ({ x, y, id })) });
@@ -38,15 +54,19 @@ test("opens with the phone's profile; bar, readout, compass and title are whole 
   const { samples, pixelRatio } = await page.evaluate(() => window.terraneViewer.settings);
   assert.equal(samples, 1);
   assert.ok(pixelRatio <= 1.5, `${pixelRatio} pixels a pixel`);
-  for (const selector of [".toolbar", ".title", ".compass", ".readout", ".scale-bar"]) assert.ok(isWhole(await page.locator(selector).boundingBox()), selector);
+  for (const selector of [".toolbar", ".title", ".compass", ".readout", ".scale-bar"])
+    assert.ok(isWhole(await page.locator(selector).boundingBox()), selector);
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 390, "the page is wider than the screen");
   assert.equal(await page.evaluate(() => document.querySelector(".readout").dataset.where), "middle");
   assert.match(await text(page, ".readout"), /E [\d\u202f]+\s+N [\d\u202f]+[\s\S]*m/);
 });
 
 test("everything that is touched is at least 40 pixels high", async () => {
-  const sizes = await page.evaluate(() => [...document.querySelectorAll("button")].filter((button) => button.offsetParent !== null && button.getClientRects().length > 0)
-    .map((button) => [button.getAttribute("aria-label") ?? button.textContent, button.offsetWidth, button.offsetHeight]));
+  const sizes = await page.evaluate(() =>
+    [...document.querySelectorAll("button")]
+      .filter((button) => button.offsetParent !== null && button.getClientRects().length > 0)
+      .map((button) => [button.getAttribute("aria-label") ?? button.textContent, button.offsetWidth, button.offsetHeight]),
+  );
   for (const [name, width, height] of sizes) assert.ok(width >= 40 && height >= 32, `${name}: ${width} x ${height}`);
 });
 
@@ -57,10 +77,44 @@ test("one finger moves the map, two come nearer and turn", async () => {
   await page.waitForFunction((northing) => window.terraneViewer.view.northing > northing + 50, before.northing);
   await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
   const overview = await view();
-  await gesture([[[170, 420], [220, 420]], [[150, 420], [240, 420]], [[130, 420], [260, 420]], [[100, 420], [290, 420]]]);
+  await gesture([
+    [
+      [170, 420],
+      [220, 420],
+    ],
+    [
+      [150, 420],
+      [240, 420],
+    ],
+    [
+      [130, 420],
+      [260, 420],
+    ],
+    [
+      [100, 420],
+      [290, 420],
+    ],
+  ]);
   await page.waitForFunction((height) => window.terraneViewer.view.height < 0.7 * height, overview.height);
   await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
-  await gesture([[[120, 420], [270, 420]], [[122, 400], [268, 440]], [[128, 380], [262, 460]], [[138, 360], [252, 480]]]);
+  await gesture([
+    [
+      [120, 420],
+      [270, 420],
+    ],
+    [
+      [122, 400],
+      [268, 440],
+    ],
+    [
+      [128, 380],
+      [262, 460],
+    ],
+    [
+      [138, 360],
+      [252, 480],
+    ],
+  ]);
   await page.waitForFunction(() => {
     const { heading } = window.terraneViewer.view;
     return heading > 8 && heading < 352;
@@ -74,10 +128,13 @@ test("a panel is a sheet at the bottom; the ground stays above it", async () => 
   const sheet = await page.locator("#panel-layers").boundingBox();
   assert.ok(isWhole(sheet) && sheet.x === 0 && sheet.width === 390, JSON.stringify(sheet));
   // Its middle stands in the middle of what the sheet leaves, as large as before.
-  await page.waitForFunction(([top, height]) => {
-    const box = document.querySelector(".ground").getBoundingClientRect();
-    return Math.abs(box.top + box.height / 2 - top / 2) < 12 && box.height === height && box.bottom >= top;
-  }, [sheet.y, height]);
+  await page.waitForFunction(
+    ([top, height]) => {
+      const box = document.querySelector(".ground").getBoundingClientRect();
+      return Math.abs(box.top + box.height / 2 - top / 2) < 12 && box.height === height && box.bottom >= top;
+    },
+    [sheet.y, height],
+  );
   await page.locator("#panel-layers .choice", { hasText: "Slope" }).tap();
   assert.equal(await page.evaluate(() => window.terraneViewer.settings.mode), "slope");
   await page.evaluate(() => window.terraneViewer.set({ mode: "shaded" }));
@@ -155,9 +212,23 @@ test("flying is said in the words of fingers", async () => {
 
 test("turned on its side, everything still fits", async () => {
   await page.setViewportSize({ width: 844, height: 390 });
-  for (const selector of [".title", ".compass", ".readout"]) assert.ok(isWhole(await page.locator(selector).boundingBox(), 844, 390), selector);
+  for (const selector of [".title", ".compass", ".readout"])
+    assert.ok(isWhole(await page.locator(selector).boundingBox(), 844, 390), selector);
   const readout = await page.locator(".readout").boundingBox();
-  for (const tool of ["layers", "light", "detail", "statistics", "measure", "profile", "sight", "lines", "flights", "screenshot", "link", "help"]) {
+  for (const tool of [
+    "layers",
+    "light",
+    "detail",
+    "statistics",
+    "measure",
+    "profile",
+    "sight",
+    "lines",
+    "flights",
+    "screenshot",
+    "link",
+    "help",
+  ]) {
     const box = await page.locator(`.toolbar [data-tool=${tool}]`).boundingBox();
     assert.ok(isWhole(box, 844, 390), tool);
     assert.ok(box.x + box.width < readout.x || box.y + box.height < readout.y, `${tool} lies under the readout`);

@@ -16,7 +16,14 @@ after(async () => {
   await server?.stop();
 });
 
-const kTypes = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm", ".svg": "image/svg+xml", ".json": "application/json" };
+const kTypes = {
+  ".html": "text/html",
+  ".js": "text/javascript",
+  ".css": "text/css",
+  ".wasm": "application/wasm",
+  ".svg": "image/svg+xml",
+  ".json": "application/json",
+};
 
 /** A plain web server under a path of its own: ranges, and nothing that knows terrain. */
 async function staticHost(folders) {
@@ -42,7 +49,14 @@ async function staticHost(folders) {
     }
   });
   await new Promise((resolve) => host.listen(0, "127.0.0.1", resolve));
-  return { url: `http://127.0.0.1:${host.address().port}`, stop: () => new Promise((resolve) => { host.closeAllConnections(); host.close(resolve); }) };
+  return {
+    url: `http://127.0.0.1:${host.address().port}`,
+    stop: () =>
+      new Promise((resolve) => {
+        host.closeAllConnections();
+        host.close(resolve);
+      }),
+  };
 }
 
 test("several datasets: a chooser, and a link to each", async () => {
@@ -115,7 +129,11 @@ test("a browser without WebGL2 at all is told before anything is loaded", async 
   await page.addInitScript(() => delete window.WebGL2RenderingContext);
   await page.goto(server.url);
   await page.locator("#no-webgl2").waitFor();
-  assert.equal(fetched.some((url) => url.endsWith(".wasm")), false, "the engine was loaded for nothing");
+  assert.equal(
+    fetched.some((url) => url.endsWith(".wasm")),
+    false,
+    "the engine was loaded for nothing",
+  );
   await page.context().close();
 });
 

@@ -1,6 +1,24 @@
 import assert from "node:assert/strict";
 import { after, before, beforeEach, test } from "node:test";
-import { clickGround, downloaded, dropFiles, lastToast, launch, lookDown, makeDataset, metersOf, near, newPage, openViewer, pixelOf, placeAt, resultOf, serve, text, transform } from "./harness.mjs";
+import {
+  clickGround,
+  downloaded,
+  dropFiles,
+  lastToast,
+  launch,
+  lookDown,
+  makeDataset,
+  metersOf,
+  near,
+  newPage,
+  openViewer,
+  pixelOf,
+  placeAt,
+  resultOf,
+  serve,
+  text,
+  transform,
+} from "./harness.mjs";
 
 let server, browser, page;
 before(async () => {
@@ -37,7 +55,10 @@ test("measure: distances, height difference and area agree with the server's gro
   const climb = heights.at(-1) - heights[0];
   assert.ok(near(await resultOf(page, "On the map"), flat, 0.004 * flat));
   assert.ok(near(await resultOf(page, "Straight"), Math.hypot(flat, climb), 0.004 * flat));
-  assert.ok(near(await resultOf(page, "Over the ground"), over, 0.006 * over), `${await resultOf(page, "Over the ground")} against ${over}`);
+  assert.ok(
+    near(await resultOf(page, "Over the ground"), over, 0.006 * over),
+    `${await resultOf(page, "Over the ground")} against ${over}`,
+  );
   assert.ok(near(await resultOf(page, "Height difference"), climb, 0.3), `${await resultOf(page, "Height difference")} against ${climb}`);
   assert.deepEqual(await lineIds(), ["measure"]);
 
@@ -81,7 +102,10 @@ test("measure: with keys alone, Space adds the middle of the picture", async () 
 
 test("a drag moves the map and adds no point; beside the ground a click says so", async () => {
   await page.keyboard.press("m");
-  const at = await page.evaluate(() => ({ x: window.terraneViewer.canvas.clientWidth * 0.6, y: window.terraneViewer.canvas.clientHeight * 0.5 }));
+  const at = await page.evaluate(() => ({
+    x: window.terraneViewer.canvas.clientWidth * 0.6,
+    y: window.terraneViewer.canvas.clientHeight * 0.5,
+  }));
   const before = await page.evaluate(() => window.terraneViewer.view.easting);
   await page.mouse.move(at.x, at.y);
   await page.mouse.down();
@@ -140,7 +164,32 @@ test("line of sight: seen and hidden as the server has it, with where the ground
   await page.locator("[data-above=target]").fill("30");
   let [seen, hidden] = [0, 0];
   // Several pairs, so that both answers come.
-  for (const [from, to] of [[[0.62, 0.2], [0.95, 0.8]], [[0.6, 0.8], [0.64, 0.79]], [[0.7, 0.5], [0.95, 0.5]], [[0.8, 0.2], [0.84, 0.23]], [[0.7, 0.6], [0.75, 0.6]], [[0.65, 0.9], [0.9, 0.1]]]) {
+  for (const [from, to] of [
+    [
+      [0.62, 0.2],
+      [0.95, 0.8],
+    ],
+    [
+      [0.6, 0.8],
+      [0.64, 0.79],
+    ],
+    [
+      [0.7, 0.5],
+      [0.95, 0.5],
+    ],
+    [
+      [0.8, 0.2],
+      [0.84, 0.23],
+    ],
+    [
+      [0.7, 0.6],
+      [0.75, 0.6],
+    ],
+    [
+      [0.65, 0.9],
+      [0.9, 0.1],
+    ],
+  ]) {
     const a = await clickGround(page, ...from);
     const b = await clickGround(page, ...to);
     await page.locator(".verdict").waitFor();
@@ -152,7 +201,10 @@ test("line of sight: seen and hidden as the server has it, with where the ground
     const lines = await page.evaluate(() => Object.fromEntries([...window.terraneViewer.lines].map(([id, line]) => [id, line.color])));
     assert.equal(lines["sight/free"], "#3ddc97");
     assert.equal(lines["sight/blocked"], result.visible ? undefined : "#ff5a3c");
-    assert.ok(near(await resultOf(page, "Clearance"), result.clearanceMeters, 1), `${await resultOf(page, "Clearance")} against ${result.clearanceMeters}`);
+    assert.ok(
+      near(await resultOf(page, "Clearance"), result.clearanceMeters, 1),
+      `${await resultOf(page, "Clearance")} against ${result.clearanceMeters}`,
+    );
     if (result.visible) ++seen;
     else {
       ++hidden;
@@ -205,16 +257,41 @@ test("lines: drawn by clicks, coloured, widened, saved in WGS 84, removed", asyn
   assert.equal(saved.features.length, 2);
   assert.equal(saved.features[0].properties.name, "Ridge <b>way</b>");
   assert.equal(saved.features[0].properties.stroke, "#123456");
-  const degrees = transform("EPSG:32632", "EPSG:4326", corners.map((corner) => [corner.easting, corner.northing]));
+  const degrees = transform(
+    "EPSG:32632",
+    "EPSG:4326",
+    corners.map((corner) => [corner.easting, corner.northing]),
+  );
   saved.features[0].geometry.coordinates.forEach(([longitude, latitude], i) => {
     const [x, y] = degrees[i];
     assert.ok(near(longitude, x, 2e-7) && near(latitude, y, 2e-7), `${longitude}, ${latitude} against ${degrees[i]}`);
   });
 
-  await row.locator("button", { has: page.locator("svg") }).last().click();
+  await row
+    .locator("button", { has: page.locator("svg") })
+    .last()
+    .click();
   await page.waitForFunction(() => document.querySelectorAll(".line-row").length === 1);
   await page.locator(".line-row button[title=Delete]").click();
   await page.waitForFunction(() => window.terraneViewer.lines.size === 0);
+});
+
+test("lines: one that was not ended stays when the panel closes; each has a profile", async () => {
+  await page.keyboard.press("b");
+  const a = await clickGround(page, 0.62, 0.6);
+  const b = await clickGround(page, 0.9, 0.8);
+  await page.keyboard.press("Escape");
+  assert.equal(await page.evaluate(() => window.terraneApp.lines.lines.length), 1);
+  await page.keyboard.press("b");
+  await page.locator(".line-row button[title=Profile]").click();
+  await page.locator(".profile-plot").waitFor();
+  assert.match(await text(page, "#panel-profile h2"), /^Profile of Line \d+$/);
+  const told = await server.ask(`/d/hills/profile?points=${pair(a)};${pair(b)}&samples=512`);
+  const [, low, high] = /· ([\d\u202f]+) to ([\d\u202f]+) m ·/
+    .exec(await text(page, ".profile-summary"))
+    .map((part) => Number(part.replaceAll("\u202f", "")));
+  assert.ok(near(low, Math.min(...told.heightsMeters), 1) && near(high, Math.max(...told.heightsMeters), 1));
+  await removeAll();
 });
 
 const removeAll = () => page.evaluate(() => window.terraneApp.lines.lines.forEach((line) => window.terraneApp.lines.remove(line.id)));
@@ -222,15 +299,25 @@ const storedParts = () => page.evaluate(() => window.terraneApp.lines.lines.flat
 
 test("files: GPX tracks and routes lie where GDAL puts them", async () => {
   const places = [];
-  for (const [x, y] of [[0.2, 0.2], [0.5, 0.4], [0.8, 0.3]]) places.push(await placeAt(page, x, y));
-  const degrees = transform("EPSG:32632", "EPSG:4326", places.map((place) => [place.easting, place.northing]));
+  for (const [x, y] of [
+    [0.2, 0.2],
+    [0.5, 0.4],
+    [0.8, 0.3],
+  ])
+    places.push(await placeAt(page, x, y));
+  const degrees = transform(
+    "EPSG:32632",
+    "EPSG:4326",
+    places.map((place) => [place.easting, place.northing]),
+  );
   const points = (tag) => degrees.map(([x, y]) => `<${tag} lat="${y}" lon="${x}"><ele>1</ele></${tag}>`).join("");
   const gpx = `<?xml version="1.0"?><gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><wpt lat="1" lon="1"/><trk><name>Walk &amp; rest</name><trkseg>${points("trkpt")}</trkseg><trkseg>${points("trkpt")}</trkseg></trk><rte><name>Way</name>${points("rtept")}</rte></gpx>`;
   await dropFiles(page, [{ name: "walk.gpx", text: gpx }]);
   await lastToast(page, "2 lines from “walk.gpx”, 1 single point left out");
   const parts = await storedParts();
   assert.equal(parts.length, 3);
-  for (const part of parts) part.forEach((point, i) => assert.ok(Math.hypot(point.easting - places[i].easting, point.northing - places[i].northing) < 0.05));
+  for (const part of parts)
+    part.forEach((point, i) => assert.ok(Math.hypot(point.easting - places[i].easting, point.northing - places[i].northing) < 0.05));
   assert.equal(await page.evaluate(() => window.terraneApp.lines.lines[0].name), "Walk & rest");
   await removeAll();
   await lookDown(page);
@@ -238,23 +325,48 @@ test("files: GPX tracks and routes lie where GDAL puts them", async () => {
 
 test("files: GeoJSON in WGS 84, in the dataset's CRS by its member or by its numbers, in web Mercator", async () => {
   const places = [];
-  for (const [x, y] of [[0.3, 0.3], [0.6, 0.6]]) places.push(await placeAt(page, x, y));
+  for (const [x, y] of [
+    [0.3, 0.3],
+    [0.6, 0.6],
+  ])
+    places.push(await placeAt(page, x, y));
   const own = places.map((place) => [place.easting, place.northing]);
   const degrees = transform("EPSG:32632", "EPSG:4326", own);
   const mercator = transform("EPSG:32632", "EPSG:3857", own);
   const crs = (name) => ({ crs: { type: "name", properties: { name } } });
   const documents = [
-    { type: "FeatureCollection", features: [{ type: "Feature", properties: { name: "a" }, geometry: { type: "LineString", coordinates: degrees } }] },
+    {
+      type: "FeatureCollection",
+      features: [{ type: "Feature", properties: { name: "a" }, geometry: { type: "LineString", coordinates: degrees } }],
+    },
     { type: "LineString", coordinates: own },
     { type: "Feature", ...crs("urn:ogc:def:crs:EPSG::32632"), properties: null, geometry: { type: "MultiLineString", coordinates: [own] } },
-    { type: "Feature", ...crs("urn:ogc:def:crs:OGC:1.3:CRS84"), properties: {}, geometry: { type: "GeometryCollection", geometries: [{ type: "Point", coordinates: [1, 2] }, { type: "LineString", coordinates: degrees }] } },
+    {
+      type: "Feature",
+      ...crs("urn:ogc:def:crs:OGC:1.3:CRS84"),
+      properties: {},
+      geometry: {
+        type: "GeometryCollection",
+        geometries: [
+          { type: "Point", coordinates: [1, 2] },
+          { type: "LineString", coordinates: degrees },
+        ],
+      },
+    },
     { type: "Feature", ...crs("EPSG:3857"), properties: {}, geometry: { type: "LineString", coordinates: mercator } },
   ];
-  await dropFiles(page, documents.map((document, i) => ({ name: `lines${i}.geojson`, text: JSON.stringify(document) })));
+  await dropFiles(
+    page,
+    documents.map((document, i) => ({ name: `lines${i}.geojson`, text: JSON.stringify(document) })),
+  );
   await lastToast(page, "lines4.geojson");
   const parts = await storedParts();
   assert.equal(parts.length, documents.length);
-  parts.forEach((part, i) => part.forEach((point, k) => assert.ok(Math.hypot(point.easting - places[k].easting, point.northing - places[k].northing) < 0.05, `document ${i}`)));
+  parts.forEach((part, i) =>
+    part.forEach((point, k) =>
+      assert.ok(Math.hypot(point.easting - places[k].easting, point.northing - places[k].northing) < 0.05, `document ${i}`),
+    ),
+  );
   await removeAll();
   await lookDown(page);
 });
@@ -267,10 +379,24 @@ test("files: in a dataset of another projection, too", async () => {
     await openViewer(other, lambert.url);
     const place = await placeAt(other, 0.4, 0.6);
     const [[longitude, latitude]] = transform("EPSG:3034", "EPSG:4326", [[place.easting, place.northing]]);
-    await dropFiles(other, [{ name: "one.geojson", text: JSON.stringify({ type: "LineString", coordinates: [[longitude, latitude], [longitude + 0.01, latitude]] }) }]);
+    await dropFiles(other, [
+      {
+        name: "one.geojson",
+        text: JSON.stringify({
+          type: "LineString",
+          coordinates: [
+            [longitude, latitude],
+            [longitude + 0.01, latitude],
+          ],
+        }),
+      },
+    ]);
     await lastToast(other, "1 line from");
     const point = await other.evaluate(() => window.terraneApp.lines.lines[0].parts[0][0]);
-    assert.ok(Math.hypot(point.easting - place.easting, point.northing - place.northing) < 0.1, `${JSON.stringify(point)} against ${JSON.stringify(place)}`);
+    assert.ok(
+      Math.hypot(point.easting - place.easting, point.northing - place.northing) < 0.1,
+      `${JSON.stringify(point)} against ${JSON.stringify(place)}`,
+    );
     assert.deepEqual(other.errors, []);
   } finally {
     await other.context().close();
@@ -289,7 +415,11 @@ test("files: what cannot be used is said, and nothing breaks", async () => {
     ["null.geojson", '{"type":"FeatureCollection","features":null}', /no list/],
     ["points.geojson", '{"type":"MultiPoint","coordinates":[[1,2],[3,4]]}', /no lines, only 2 single points/],
     ["deep.geojson", deep, /too deep/],
-    ["crs.geojson", '{"type":"LineString","crs":{"type":"name","properties":{"name":"EPSG:2056"}},"coordinates":[[2600000,1200000],[2600100,1200100]]}', /EPSG:2056/],
+    [
+      "crs.geojson",
+      '{"type":"LineString","crs":{"type":"name","properties":{"name":"EPSG:2056"}},"coordinates":[[2600000,1200000],[2600100,1200100]]}',
+      /EPSG:2056/,
+    ],
     ["cut.gpx", "<gpx><trk><trkseg><trkpt lat='1'", /well-formed/],
     ["other.gpx", "<kml></kml>", /not GPX/],
     ["bomb.gpx", '<!DOCTYPE g [<!ENTITY a "aaaa">]><gpx>&a;</gpx>', /DOCTYPE/],
@@ -312,8 +442,15 @@ test("files: what cannot be used is said, and nothing breaks", async () => {
 test("files: thousands of segments in one file are one row, and are drawn", async () => {
   const { west, east, south, north } = await page.evaluate(() => window.terraneViewer.dataset.bounds);
   const features = Array.from({ length: 200 }, (_, i) => ({
-    type: "Feature", properties: {},
-    geometry: { type: "LineString", coordinates: Array.from({ length: 40 }, (_, k) => [west + ((east - west) * k) / 39, south + ((north - south) * (i + Math.sin(k))) / 200]) },
+    type: "Feature",
+    properties: {},
+    geometry: {
+      type: "LineString",
+      coordinates: Array.from({ length: 40 }, (_, k) => [
+        west + ((east - west) * k) / 39,
+        south + ((north - south) * (i + Math.sin(k))) / 200,
+      ]),
+    },
   }));
   await page.keyboard.press("b");
   await dropFiles(page, [{ name: "contours.geojson", text: JSON.stringify({ type: "FeatureCollection", features }) }]);

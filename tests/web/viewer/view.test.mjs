@@ -1,6 +1,20 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { downloaded, launch, lastToast, lookDown, makeDataset, near, newPage, openViewer, pixelOf, placeAt, serve, settled, text } from "./harness.mjs";
+import {
+  downloaded,
+  launch,
+  lastToast,
+  lookDown,
+  makeDataset,
+  near,
+  newPage,
+  openViewer,
+  pixelOf,
+  placeAt,
+  serve,
+  settled,
+  text,
+} from "./harness.mjs";
 
 let server, browser, page;
 before(async () => {
@@ -30,7 +44,10 @@ test("the readout tells what the server knows of the ground under the pointer", 
   const { easting, northing } = await placeAt(page, 0.3, 0.6);
   const at = await pixelOf(page, easting, northing);
   await page.mouse.move(at.x, at.y, { steps: 3 });
-  await page.waitForFunction((e) => document.querySelector(".readout-place").textContent.replaceAll("\u202f", "").includes(`E ${e}`), String(Math.round((await page.evaluate(({ x, y }) => window.terraneViewer.pick(x, y), at)).easting)));
+  await page.waitForFunction(
+    (e) => document.querySelector(".readout-place").textContent.replaceAll("\u202f", "").includes(`E ${e}`),
+    String(Math.round((await page.evaluate(({ x, y }) => window.terraneViewer.pick(x, y), at)).easting)),
+  );
   const shown = await text(page, ".readout");
   const [, e, n] = /E ([\d\u202f]+)\s+N ([\d\u202f]+)/.exec(shown).map((part) => Number(part.replaceAll("\u202f", "")));
   const height = Number(/([\d\u202f]+\.\d) m/.exec(shown)[1].replaceAll("\u202f", ""));
@@ -73,7 +90,10 @@ test("the scale bar is as long on the ground as it says", async () => {
 test("the compass shows the heading; a click turns north up; a drag turns around the middle", async () => {
   await page.evaluate(() => window.terraneViewer.setView({ ...window.terraneViewer.overview(), heading: 0 }));
   await settled(page);
-  const middle = () => page.evaluate(() => window.terraneViewer.pick(window.terraneViewer.canvas.clientWidth / 2, window.terraneViewer.canvas.clientHeight / 2));
+  const middle = () =>
+    page.evaluate(() =>
+      window.terraneViewer.pick(window.terraneViewer.canvas.clientWidth / 2, window.terraneViewer.canvas.clientHeight / 2),
+    );
   const before = await middle();
   const box = await page.locator(".compass").boundingBox();
   const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
@@ -138,22 +158,35 @@ test("the address follows the view without a new entry in the history, and bring
   assert.match(link, /mode=slope/);
   const other = await newPage(browser);
   await openViewer(other, link);
-  const [view, settings, layers] = await other.evaluate(() => [window.terraneViewer.view, window.terraneViewer.settings, window.terraneViewer.layers]);
-  assert.ok(near(view.height, 3210.5, 0.06) && near(view.heading, 31.25, 0.01) && near(view.pitch, -22.5, 0.01) && view.fov === 50, JSON.stringify(view));
+  const [view, settings, layers] = await other.evaluate(() => [
+    window.terraneViewer.view,
+    window.terraneViewer.settings,
+    window.terraneViewer.layers,
+  ]);
+  assert.ok(
+    near(view.height, 3210.5, 0.06) && near(view.heading, 31.25, 0.01) && near(view.pitch, -22.5, 0.01) && view.fov === 50,
+    JSON.stringify(view),
+  );
   assert.equal(settings.mode, "slope");
   assert.equal(settings.exaggeration, 2);
   assert.equal(settings.haze, false);
   assert.equal(layers[0].visible, false);
   // A changed address moves the page that is open.
   await other.evaluate(() => (location.hash = location.hash.replace("31.25", "200").replace("mode=slope", "mode=height")));
-  await other.waitForFunction(() => Math.abs(window.terraneViewer.view.heading - 200) < 0.01 && window.terraneViewer.settings.mode === "height");
+  await other.waitForFunction(
+    () => Math.abs(window.terraneViewer.view.heading - 200) < 0.01 && window.terraneViewer.settings.mode === "height",
+  );
   await other.context().close();
 });
 
 test("an address that makes no sense shows the overview", async () => {
   const other = await newPage(browser);
   await openViewer(other, `${server.url}#NaN,1e999,,&mode=weird&exaggeration=-3&layers=%E0%A4%A&tau=&&&=`);
-  const [view, settings, overview] = await other.evaluate(() => [window.terraneViewer.view, window.terraneViewer.settings, window.terraneViewer.overview()]);
+  const [view, settings, overview] = await other.evaluate(() => [
+    window.terraneViewer.view,
+    window.terraneViewer.settings,
+    window.terraneViewer.overview(),
+  ]);
   assert.ok(near(view.easting, overview.easting, 1) && near(view.height, overview.height, 1));
   assert.equal(settings.mode, "shaded");
   assert.equal(settings.exaggeration, 1);
@@ -193,7 +226,20 @@ test("the help sheet lists every tool, and Escape closes it", async () => {
   const sheet = page.locator("dialog.help");
   await sheet.waitFor();
   const words = await sheet.innerText();
-  for (const each of ["Layers", "Sun and relief", "Detail", "Statistics", "Measure", "Profile", "Line of sight", "Lines", "Flights", "Save the picture", "Copy a link", "Fly"])
+  for (const each of [
+    "Layers",
+    "Sun and relief",
+    "Detail",
+    "Statistics",
+    "Measure",
+    "Profile",
+    "Line of sight",
+    "Lines",
+    "Flights",
+    "Save the picture",
+    "Copy a link",
+    "Fly",
+  ])
     assert.ok(words.includes(each), each);
   await page.keyboard.press("Escape");
   await sheet.waitFor({ state: "hidden" });
@@ -214,7 +260,11 @@ test("everything on the page can be reached and named without a pointer", async 
     assert.ok(hasRing, `no focus ring on “${name}”`);
     seen.add(name);
   }
-  for (const tool of ["Layers", "Measure", "Profile", "Line of sight", "Lines", "Flights", "Fly", "Nearer"]) assert.ok([...seen].some((name) => name.includes(tool)), `${tool} is not reached`);
+  for (const tool of ["Layers", "Measure", "Profile", "Line of sight", "Lines", "Flights", "Fly", "Nearer"])
+    assert.ok(
+      [...seen].some((name) => name.includes(tool)),
+      `${tool} is not reached`,
+    );
   // With Enter a panel opens and Tab goes on in it; Escape gives the focus back.
   await page.locator("[data-tool=layers]").first().focus();
   await page.keyboard.press("Enter");

@@ -36,14 +36,16 @@ export function readAddress(hash: string): AddressState {
   }
   for (const pair of pairs) {
     const at = pair.indexOf("=");
-    if (at >= 0) readSetting(out, pair.slice(0, at), decode(pair.slice(at + 1)));
+    if (at >= 0) readSetting(out, pair.slice(0, at), pair.slice(at + 1));
   }
   return out;
 }
 
-function readSetting(out: AddressState, name: string, value: string): void {
+function readSetting(out: AddressState, name: string, text: string): void {
   const { settings } = out;
-  if (name === "layers") out.layers = value === "" ? [] : value.split("/");
+  // Names may have slashes of their own, written as %2F.
+  if (name === "layers") out.layers = text === "" ? [] : text.split("/").map(decode);
+  const value = decode(text);
   if (name in kWords) {
     const known = kWords[name as keyof typeof kWords] as readonly string[];
     if (known.includes(value)) Object.assign(settings, { [name]: value });
@@ -71,14 +73,25 @@ export function writeAddress(viewer: Viewer, defaults: Settings): string {
   const { view, settings, layers } = viewer;
   const parts = [
     [
-      brief(view.easting, 1), brief(view.northing, 1), brief(view.height, 1), brief(view.heading, 2), brief(view.pitch, 2), brief(view.fov, 1),
+      brief(view.easting, 1),
+      brief(view.northing, 1),
+      brief(view.height, 1),
+      brief(view.heading, 2),
+      brief(view.pitch, 2),
+      brief(view.fov, 1),
     ].join(","),
   ];
-  for (const name of Object.keys(kWords) as (keyof typeof kWords)[]) if (settings[name] !== defaults[name]) parts.push(`${name}=${settings[name]}`);
+  for (const name of Object.keys(kWords) as (keyof typeof kWords)[])
+    if (settings[name] !== defaults[name]) parts.push(`${name}=${settings[name]}`);
   for (const name of kNumbers) if (Math.abs(settings[name] - defaults[name]) > 1e-6) parts.push(`${name}=${brief(settings[name], 3)}`);
   for (const name of kSwitches) if (settings[name] !== defaults[name]) parts.push(`${name}=${settings[name] ? "on" : "off"}`);
   if (layers.some((layer) => !layer.visible))
-    parts.push(`layers=${layers.filter((layer) => layer.visible).map((layer) => encodeURIComponent(layer.name)).join("/")}`);
+    parts.push(
+      `layers=${layers
+        .filter((layer) => layer.visible)
+        .map((layer) => encodeURIComponent(layer.name))
+        .join("/")}`,
+    );
   return `#${parts.join("&")}`;
 }
 
@@ -109,7 +122,9 @@ export function keepAddress(viewer: Viewer, defaults: Settings): () => void {
 
 /** Everything but the view. What the address does not name is as it is at first. */
 export function applyAddress(viewer: Viewer, asked: AddressState, defaults: Settings): void {
-  const plain = Object.fromEntries([...Object.keys(kWords), ...kNumbers, ...kSwitches].map((name) => [name, defaults[name as keyof Settings]]));
+  const plain = Object.fromEntries(
+    [...Object.keys(kWords), ...kNumbers, ...kSwitches].map((name) => [name, defaults[name as keyof Settings]]),
+  );
   viewer.set({ ...plain, ...asked.settings } as Partial<Settings>);
   for (const layer of viewer.layers) viewer.setLayer(layer.name, asked.layers?.includes(layer.name) ?? true);
 }

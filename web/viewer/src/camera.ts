@@ -56,7 +56,11 @@ function placed(view: View, pivot: Place, [x, y, z]: Vector, world: World, chang
 function axes(heading: number, pitch: number): readonly [Vector, Vector, Vector] {
   const [sh, ch] = [Math.sin(heading * kDegrees), Math.cos(heading * kDegrees)];
   const [sp, cp] = [Math.sin(pitch * kDegrees), Math.cos(pitch * kDegrees)];
-  return [[ch, -sh, 0], [-sh * sp, -ch * sp, cp], [-sh * cp, -ch * cp, -sp]];
+  return [
+    [ch, -sh, 0],
+    [-sh * sp, -ch * sp, cp],
+    [-sh * cp, -ch * cp, -sp],
+  ];
 }
 
 function intoCamera(v: Vector, heading: number, pitch: number): Vector {
@@ -67,11 +71,7 @@ function intoCamera(v: Vector, heading: number, pitch: number): Vector {
 
 function outOfCamera([r, u, b]: Vector, heading: number, pitch: number): Vector {
   const [right, up, back] = axes(heading, pitch);
-  return [
-    right[0] * r + up[0] * u + back[0] * b,
-    right[1] * r + up[1] * u + back[1] * b,
-    right[2] * r + up[2] * u + back[2] * b,
-  ];
+  return [right[0] * r + up[0] * u + back[0] * b, right[1] * r + up[1] * u + back[1] * b, right[2] * r + up[2] * u + back[2] * b];
 }
 
 export function worldOf(viewer: Viewer): World {

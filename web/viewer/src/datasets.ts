@@ -12,9 +12,7 @@ export interface DatasetChoice {
 }
 
 export type Found =
-  | { kind: "one"; dataset: DatasetChoice }
-  | { kind: "several"; datasets: DatasetChoice[] }
-  | { kind: "none"; reason: string };
+  { kind: "one"; dataset: DatasetChoice } | { kind: "several"; datasets: DatasetChoice[] } | { kind: "none"; reason: string };
 
 /** Looks at `?dataset=`, a name that the server knows or an address, then asks the server for what it has. */
 export async function findDataset(page: URL): Promise<Found> {
@@ -29,7 +27,10 @@ export async function findDataset(page: URL): Promise<Found> {
     return { kind: "none", reason: `The server has no dataset “${asked}”. It has: ${served.map((each) => each.name).join(", ")}.` };
   }
   if (served === null || served.length === 0)
-    return { kind: "none", reason: "The page’s address names no dataset, and this server has no list of any. Add ?dataset= and the address of one." };
+    return {
+      kind: "none",
+      reason: "The page’s address names no dataset, and this server has no list of any. Add ?dataset= and the address of one.",
+    };
   const [first] = served;
   return served.length === 1 && first ? { kind: "one", dataset: first } : { kind: "several", datasets: served };
 }

@@ -16,7 +16,10 @@ export class FlightDeck {
   private readonly listeners = new Set<() => void>();
   flight: Flight | null = null;
 
-  constructor(private readonly viewer: Viewer, private readonly say: (message: string, kind?: "info" | "warning") => void) {}
+  constructor(
+    private readonly viewer: Viewer,
+    private readonly say: (message: string, kind?: "info" | "warning") => void,
+  ) {}
 
   get state(): FlightState {
     return this.recording ? "recording" : this.isFlying ? "flying" : "idle";

@@ -6,9 +6,13 @@ import { isTyping } from "./parts/dom.js";
 export function listenToKeys(app: App, toggleHelp: () => void): void {
   const panels = new Map(panelGroups.flat().map((panel) => [panel.key, panel]));
   const runs = new Map<string, Action>([...actions, ...keyActions, ...viewActions].map((action) => [action.key, action]));
-  addEventListener("keydown", (event) => {
-    if (event.key === "Tab" || event.key === " ") document.body.classList.add("uses-keys");
-  }, { capture: true });
+  addEventListener(
+    "keydown",
+    (event) => {
+      if (event.key === "Tab" || event.key === " ") document.body.classList.add("uses-keys");
+    },
+    { capture: true },
+  );
   addEventListener("pointerdown", () => document.body.classList.remove("uses-keys"), { capture: true });
   addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;

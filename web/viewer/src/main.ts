@@ -26,7 +26,11 @@ async function start(): Promise<void> {
 
 async function show(choice: DatasetChoice): Promise<void> {
   const asked = readAddress(location.hash);
-  const canvas = el("canvas", { class: "ground", tabindex: 0, "aria-label": `Terrain of ${choice.name}. Arrow keys move, question mark lists all keys.` });
+  const canvas = el("canvas", {
+    class: "ground",
+    tabindex: 0,
+    "aria-label": `Terrain of ${choice.name}. Arrow keys move, question mark lists all keys.`,
+  });
   const messages = new Messages();
   document.title = `${choice.name} · Terrane`;
   document.body.prepend(canvas);
@@ -53,7 +57,10 @@ async function show(choice: DatasetChoice): Promise<void> {
 }
 
 start().catch((error: unknown) => {
-  const problem = error instanceof ViewerError ? error.problem : { code: "engine" as const, message: error instanceof Error ? error.message : String(error), isFatal: true };
+  const problem =
+    error instanceof ViewerError
+      ? error.problem
+      : { code: "engine" as const, message: error instanceof Error ? error.message : String(error), isFatal: true };
   showFatal(problem);
   if (!(error instanceof ViewerError)) reportError(error);
 });

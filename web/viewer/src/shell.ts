@@ -32,10 +32,11 @@ export function makeShell(viewer: Viewer, dataset: DatasetInfo, messages: Messag
     panels: new Panels(),
     lines: new LineStore(viewer),
     flights: new FlightDeck(viewer, say),
-    projection: () => (projection ??= projectionOf(dataset).catch(() => {
-      projection = null;
-      return null;
-    })),
+    projection: () =>
+      (projection ??= projectionOf(dataset).catch(() => {
+        projection = null;
+        return null;
+      })),
     say,
     openFiles: () => askForFiles(take),
     copyLink: () => {
@@ -48,7 +49,9 @@ export function makeShell(viewer: Viewer, dataset: DatasetInfo, messages: Messag
       flyHint.hidden = !on;
       if (!on) return;
       const isTouched = matchMedia("(pointer: coarse)").matches;
-      flyHint.textContent = isTouched ? "Flying: drag to look, two fingers fly ahead" : "Flying: W A S D move, Q E sink and rise, drag to look, wheel for speed, Esc ends";
+      flyHint.textContent = isTouched
+        ? "Flying: drag to look, two fingers fly ahead"
+        : "Flying: W A S D move, Q E sink and rise, drag to look, wheel for speed, Esc ends";
       viewer.canvas.focus({ preventScroll: true });
     },
   };
@@ -57,7 +60,9 @@ export function makeShell(viewer: Viewer, dataset: DatasetInfo, messages: Messag
   app.panels.use(app);
   const navigation = makeNavigation(app);
   fly = navigation.fly;
-  const credits = [dataset.attribution, ...dataset.layers.map((layer) => layer.attribution)].filter((text, i, all) => text !== "" && all.indexOf(text) === i);
+  const credits = [dataset.attribution, ...dataset.layers.map((layer) => layer.attribution)].filter(
+    (text, i, all) => text !== "" && all.indexOf(text) === i,
+  );
   document.body.append(
     app.overlay.element,
     el("div", { class: "crosshair", "aria-hidden": "true" }),
@@ -65,8 +70,7 @@ export function makeShell(viewer: Viewer, dataset: DatasetInfo, messages: Messag
     el("header", { class: "title" }, el("h1", {}, dataset.name), el("span", { class: "faint" }, dataset.crsName)),
     app.panels.element,
     navigation.element,
-    el("footer", { class: "foot" }, makeReadout(app), makeScaleBar(viewer),
-      el("div", { class: "credits faint" }, credits.join(" · "))),
+    el("footer", { class: "foot" }, makeReadout(app), makeScaleBar(viewer), el("div", { class: "credits faint" }, credits.join(" · "))),
     flyHint,
     help.element,
     listenToDrops(take),
@@ -80,7 +84,13 @@ function copyLink(say: App["say"]): void {
   const address = location.href;
   const byHand = (): void => {
     const field = el("input", { type: "text", value: address, readonly: true, "aria-label": "Link to this view" });
-    const dialog = el("dialog", { class: "link-dialog" }, el("p", {}, "The browser does not let the page copy. Here it is:"), field, el("form", { method: "dialog" }, el("button", { class: "primary" }, "Close")));
+    const dialog = el(
+      "dialog",
+      { class: "link-dialog" },
+      el("p", {}, "The browser does not let the page copy. Here it is:"),
+      field,
+      el("form", { method: "dialog" }, el("button", { class: "primary" }, "Close")),
+    );
     dialog.addEventListener("close", () => dialog.remove());
     document.body.append(dialog);
     dialog.showModal();

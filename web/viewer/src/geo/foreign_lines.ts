@@ -33,5 +33,10 @@ export class PointBudget {
 
 /** Names come from strangers: one line of text, not too long. */
 export function cleanName(value: unknown): string {
-  return typeof value === "string" ? value.replace(/[\u0000-\u001f\u007f\u202a-\u202e\u2066-\u2069]+/g, " ").trim().slice(0, 80) : "";
+  return typeof value === "string"
+    ? value
+        .replace(/[\u0000-\u001f\u007f\u202a-\u202e\u2066-\u2069]+/g, " ")
+        .trim()
+        .slice(0, 80)
+    : "";
 }

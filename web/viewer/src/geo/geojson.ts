@@ -58,7 +58,8 @@ function collect(geometry: unknown, line: ForeignLine, out: ForeignLines, budget
 function pointsOf(value: unknown): [number, number][] {
   return listOf(value).map((position): [number, number] => {
     const [x, y] = Array.isArray(position) ? (position as unknown[]) : [];
-    if (typeof x !== "number" || typeof y !== "number" || !Number.isFinite(x) || !Number.isFinite(y)) throw new FileError("a position in it is no pair of numbers");
+    if (typeof x !== "number" || typeof y !== "number" || !Number.isFinite(x) || !Number.isFinite(y))
+      throw new FileError("a position in it is no pair of numbers");
     return [x, y];
   });
 }

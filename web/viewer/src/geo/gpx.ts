@@ -6,7 +6,8 @@ export function readGpx(text: string): ForeignLines {
   if (/<!(DOCTYPE|ENTITY)/i.test(text)) throw new FileError("it has a DOCTYPE, which GPX files do not have");
   const document = new DOMParser().parseFromString(text, "application/xml");
   if (document.getElementsByTagName("parsererror").length > 0) throw new FileError("it is not well-formed XML");
-  if (document.documentElement.localName !== "gpx") throw new FileError(`it is XML, but not GPX: its root is “${cleanName(document.documentElement.localName)}”`);
+  if (document.documentElement.localName !== "gpx")
+    throw new FileError(`it is XML, but not GPX: its root is “${cleanName(document.documentElement.localName)}”`);
   const out: ForeignLines = { lines: [], pointsLeftOut: elements(document, "wpt").length, epsg: 4326 };
   const budget = new PointBudget();
   const add = (owner: Element, segments: Element[], pointName: string): void => {
@@ -32,7 +33,10 @@ function nameOf(owner: Element): string {
 }
 
 function positionOf(point: Element): [number, number] {
-  const [longitude, latitude] = [point.getAttribute("lon") ?? "", point.getAttribute("lat") ?? ""].map((text) => (text.trim() === "" ? NaN : Number(text)));
-  if (!(Math.abs(longitude ?? NaN) <= 360 && Math.abs(latitude ?? NaN) <= 90)) throw new FileError("a point in it has no latitude and longitude");
+  const [longitude, latitude] = [point.getAttribute("lon") ?? "", point.getAttribute("lat") ?? ""].map((text) =>
+    text.trim() === "" ? NaN : Number(text),
+  );
+  if (!(Math.abs(longitude ?? NaN) <= 360 && Math.abs(latitude ?? NaN) <= 90))
+    throw new FileError("a point in it has no latitude and longitude");
   return [longitude ?? 0, latitude ?? 0];
 }

@@ -43,24 +43,35 @@ async function openFile(app: App, file: File): Promise<void> {
 }
 
 async function showLines(app: App, fileName: string, foreign: ForeignLines): Promise<void> {
-  const leftOut = foreign.pointsLeftOut > 0 ? `${foreign.pointsLeftOut} single ${foreign.pointsLeftOut === 1 ? "point" : "points"} left out` : "";
-  if (foreign.lines.length === 0) throw new FileError(leftOut ? `it has no lines, only ${foreign.pointsLeftOut} single points` : "it has no lines");
+  const leftOut =
+    foreign.pointsLeftOut > 0 ? `${foreign.pointsLeftOut} single ${foreign.pointsLeftOut === 1 ? "point" : "points"} left out` : "";
+  if (foreign.lines.length === 0)
+    throw new FileError(leftOut ? `it has no lines, only ${foreign.pointsLeftOut} single points` : "it has no lines");
   const convert = await converterFor(app, foreign);
   const placed = foreign.lines.map(({ name, color, parts }) => ({
-    name, color,
-    parts: parts.map((part) => part.map(([x, y]): Point => {
-      const [easting, northing] = convert(x, y);
-      if (!Number.isFinite(easting) || !Number.isFinite(northing)) throw new FileError(`the place ${x}, ${y} has none in ${app.dataset.crsName}`);
-      return { easting, northing };
-    })),
+    name,
+    color,
+    parts: parts.map((part) =>
+      part.map(([x, y]): Point => {
+        const [easting, northing] = convert(x, y);
+        if (!Number.isFinite(easting) || !Number.isFinite(northing))
+          throw new FileError(`the place ${x}, ${y} has none in ${app.dataset.crsName}`);
+        return { easting, northing };
+      }),
+    ),
   }));
   const plainName = fileName.replace(/\.[^.]*$/, "").slice(0, 60);
-  if (placed.length > kMostRows) app.lines.add(plainName, placed.flatMap((line) => line.parts));
+  if (placed.length > kMostRows)
+    app.lines.add(
+      plainName,
+      placed.flatMap((line) => line.parts),
+    );
   else for (const line of placed) app.lines.add(line.name || plainName, line.parts, line.color);
   const count = placed.length;
   const bounds = boundsOf(placed.flatMap((line) => line.parts));
   const ground = app.dataset.bounds;
-  const isBeside = bounds === null || bounds.east < ground.west || bounds.west > ground.east || bounds.north < ground.south || bounds.south > ground.north;
+  const isBeside =
+    bounds === null || bounds.east < ground.west || bounds.west > ground.east || bounds.north < ground.south || bounds.south > ground.north;
   const what = `${count} ${count === 1 ? "line" : "lines"} from “${fileName.slice(0, 60)}”${leftOut ? `, ${leftOut}` : ""}`;
   if (isBeside) {
     app.say(`${what}: all of it lies beside this dataset’s ground.`, "warning");
@@ -75,19 +86,23 @@ async function converterFor(app: App, foreign: ForeignLines): Promise<(x: number
   const own = epsgOf(app.dataset);
   const asItIs = (x: number, y: number): readonly [number, number] => [x, y];
   if (foreign.epsg !== undefined && foreign.epsg === own) return asItIs;
-  const bounds = boundsOf(foreign.lines.flatMap((line) => line.parts.map((part) => part.map(([easting, northing]) => ({ easting, northing })))));
+  const bounds = boundsOf(
+    foreign.lines.flatMap((line) => line.parts.map((part) => part.map(([easting, northing]) => ({ easting, northing })))),
+  );
   const areDegrees = bounds !== null && bounds.west >= -360 && bounds.east <= 360 && bounds.south >= -90 && bounds.north <= 90;
   // Numbers that are no degrees, in a file that names no CRS, can only be meant in the dataset's.
   if (foreign.epsg === undefined && !areDegrees) return asItIs;
 
   const projection = await app.projection();
-  if (projection === null) throw new FileError(`it is in longitude and latitude, and the dataset's CRS “${app.dataset.crsName}” is not understood`);
+  if (projection === null)
+    throw new FileError(`it is in longitude and latitude, and the dataset's CRS “${app.dataset.crsName}” is not understood`);
   if (foreign.epsg === undefined || foreign.epsg === 4326) {
     if (!areDegrees) throw new FileError("it says that it is in longitude and latitude, and has numbers that are neither");
     return projection.fromDegrees;
   }
   const toDegrees = await degreesFrom(foreign.epsg);
-  if (toDegrees === null) throw new FileError(`its CRS EPSG:${foreign.epsg} is neither the dataset's nor one that is known here. Save it in WGS 84`);
+  if (toDegrees === null)
+    throw new FileError(`its CRS EPSG:${foreign.epsg} is neither the dataset's nor one that is known here. Save it in WGS 84`);
   return (x, y) => projection.fromDegrees(...toDegrees(x, y));
 }
 

@@ -21,7 +21,27 @@ import tmerc from "proj4/lib/projections/tmerc";
 import utm from "proj4/lib/projections/utm";
 
 // The projections that countries and rasters use, without those for atlases of the world: a third of the bytes is saved.
-for (const projection of [aea, aeqd, cass, cea, eqc, eqdc, etmerc, krovak, laea, lcc, nzmg, omerc, poly, sinu, somerc, stere, sterea, tmerc, utm])
+for (const projection of [
+  aea,
+  aeqd,
+  cass,
+  cea,
+  eqc,
+  eqdc,
+  etmerc,
+  krovak,
+  laea,
+  lcc,
+  nzmg,
+  omerc,
+  poly,
+  sinu,
+  somerc,
+  stere,
+  sterea,
+  tmerc,
+  utm,
+])
   Proj.projections.add(projection);
 
 export default proj4;

@@ -12,14 +12,48 @@ export const detailPanel: Panel = {
   purpose: "How fine the picture is: the error allowed on screen, triangles, samples; freeze what is drawn",
   open({ viewer }) {
     const { settings } = viewer;
-    const tau = sliderControl({ label: "Error allowed on screen, τ", min: 0.25, max: 16, isLogarithmic: true, value: settings.tau, format: (value) => `${formatNumber(value, 2)} px`, change: (value) => viewer.set({ tau: Number(value.toFixed(2)) }) });
-    const surface = choiceControl<Surface>("Triangles", [
-      { value: "meshes", label: "Meshes", hint: "Adaptive triangles: a tenth as many" },
-      { value: "patches", label: "Patches", hint: "Regular patches that blend without a jump" },
-    ], settings.surface, (value) => viewer.set({ surface: value }));
-    const samples = choiceControl<"1" | "4">("Samples a pixel", [{ value: "1", label: "1, faster" }, { value: "4", label: "4, smoother" }], settings.samples >= 2 ? "4" : "1", (value) => viewer.set({ samples: Number(value) }));
-    const sharpness = sliderControl({ label: "Sharpness, pixels a screen pixel", min: 0.5, max: Math.max(2, devicePixelRatio), step: 0.25, value: settings.pixelRatio, format: (value) => `× ${formatNumber(value, 2)}`, change: (value) => viewer.set({ pixelRatio: value }) });
-    const frozen = switchControl("Freeze", settings.frozen, (on) => viewer.set({ frozen: on }), "What is drawn stays: fly around, and see what was chosen for where you were");
+    const tau = sliderControl({
+      label: "Error allowed on screen, τ",
+      min: 0.25,
+      max: 16,
+      isLogarithmic: true,
+      value: settings.tau,
+      format: (value) => `${formatNumber(value, 2)} px`,
+      change: (value) => viewer.set({ tau: Number(value.toFixed(2)) }),
+    });
+    const surface = choiceControl<Surface>(
+      "Triangles",
+      [
+        { value: "meshes", label: "Meshes", hint: "Adaptive triangles: a tenth as many" },
+        { value: "patches", label: "Patches", hint: "Regular patches that blend without a jump" },
+      ],
+      settings.surface,
+      (value) => viewer.set({ surface: value }),
+    );
+    const samples = choiceControl<"1" | "4">(
+      "Samples a pixel",
+      [
+        { value: "1", label: "1, faster" },
+        { value: "4", label: "4, smoother" },
+      ],
+      settings.samples >= 2 ? "4" : "1",
+      (value) => viewer.set({ samples: Number(value) }),
+    );
+    const sharpness = sliderControl({
+      label: "Sharpness, pixels a screen pixel",
+      min: 0.5,
+      max: Math.max(2, devicePixelRatio),
+      step: 0.25,
+      value: settings.pixelRatio,
+      format: (value) => `× ${formatNumber(value, 2)}`,
+      change: (value) => viewer.set({ pixelRatio: value }),
+    });
+    const frozen = switchControl(
+      "Freeze",
+      settings.frozen,
+      (on) => viewer.set({ frozen: on }),
+      "What is drawn stays: fly around, and see what was chosen for where you were",
+    );
     const stop = viewer.on("settings", (now) => {
       tau.show(now.tau);
       surface.show(now.surface);
@@ -28,9 +62,16 @@ export const detailPanel: Panel = {
       frozen.show(now.frozen);
     });
     return {
-      body: el("div", {}, tau.element,
+      body: el(
+        "div",
+        {},
+        tau.element,
         el("p", { class: "faint" }, "Nowhere on screen is the picture further from the dataset than this, once all has come."),
-        surface.element, samples.element, sharpness.element, el("div", { class: "group" }, frozen.element)),
+        surface.element,
+        samples.element,
+        sharpness.element,
+        el("div", { class: "group" }, frozen.element),
+      ),
       close: stop,
     };
   },

@@ -16,11 +16,41 @@ export const lightPanel: Panel = {
     const ray = svg("line", { class: "dial-ray", x1: 0, y1: 0 });
     const north = svg("text", { class: "dial-letter", x: 0, y: -54, "text-anchor": "middle" });
     north.textContent = "N";
-    const dial = svg("svg", { class: "dial", viewBox: "-68 -68 136 136", "aria-hidden": "true" },
-      ...[50, 33.3, 16.7].map((r) => svg("circle", { class: "dial-ring", r })), north, ray, dot);
-    const azimuth = sliderControl({ label: "Direction", min: 0, max: 360, step: 1, value: viewer.settings.sunAzimuth, format: (value) => `${formatNumber(value % 360)}° ${windOf(value % 360)}`, change: (value) => viewer.set({ sunAzimuth: value % 360 }) });
-    const altitude = sliderControl({ label: "Height above the horizon", min: 1, max: 90, step: 1, value: viewer.settings.sunAltitude, format: (value) => `${formatNumber(value)}°`, change: (value) => viewer.set({ sunAltitude: value }) });
-    const exaggeration = sliderControl({ label: "Exaggeration of heights", min: 0.5, max: 8, isLogarithmic: true, value: viewer.settings.exaggeration, format: (value) => `× ${formatNumber(value, 2)}`, change: (value) => viewer.set({ exaggeration: Math.abs(value - 1) < 0.03 ? 1 : Number(value.toFixed(2)) }) });
+    const dial = svg(
+      "svg",
+      { class: "dial", viewBox: "-68 -68 136 136", "aria-hidden": "true" },
+      ...[50, 33.3, 16.7].map((r) => svg("circle", { class: "dial-ring", r })),
+      north,
+      ray,
+      dot,
+    );
+    const azimuth = sliderControl({
+      label: "Direction",
+      min: 0,
+      max: 360,
+      step: 1,
+      value: viewer.settings.sunAzimuth,
+      format: (value) => `${formatNumber(value % 360)}° ${windOf(value % 360)}`,
+      change: (value) => viewer.set({ sunAzimuth: value % 360 }),
+    });
+    const altitude = sliderControl({
+      label: "Height above the horizon",
+      min: 1,
+      max: 90,
+      step: 1,
+      value: viewer.settings.sunAltitude,
+      format: (value) => `${formatNumber(value)}°`,
+      change: (value) => viewer.set({ sunAltitude: value }),
+    });
+    const exaggeration = sliderControl({
+      label: "Exaggeration of heights",
+      min: 0.5,
+      max: 8,
+      isLogarithmic: true,
+      value: viewer.settings.exaggeration,
+      format: (value) => `× ${formatNumber(value, 2)}`,
+      change: (value) => viewer.set({ exaggeration: Math.abs(value - 1) < 0.03 ? 1 : Number(value.toFixed(2)) }),
+    });
 
     const show = (): void => {
       const { sunAzimuth, sunAltitude } = viewer.settings;
@@ -55,8 +85,15 @@ export const lightPanel: Panel = {
     });
     show();
     return {
-      body: el("div", {}, el("div", { class: "dial-box" }, dial), azimuth.element, altitude.element, exaggeration.element,
-        el("button", { class: "secondary", type: "button", on: { click: () => viewer.set(kFirst) } }, "Reset")),
+      body: el(
+        "div",
+        {},
+        el("div", { class: "dial-box" }, dial),
+        azimuth.element,
+        altitude.element,
+        exaggeration.element,
+        el("button", { class: "secondary", type: "button", on: { click: () => viewer.set(kFirst) } }, "Reset"),
+      ),
       close: stop,
     };
   },

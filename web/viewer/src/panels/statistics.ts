@@ -16,9 +16,23 @@ export const statisticsPanel: Panel = {
   key: "i",
   purpose: "What frames cost and what comes over the line, as plots of the last half minute",
   open({ viewer }) {
-    const frame = new Sparkline("frame", "Work a frame", kCount, (value) => `${formatNumber(value, 1)} ms`, () => 16.7, "The slowest of each eighth of a second; the line is 60 frames a second");
+    const frame = new Sparkline(
+      "frame",
+      "Work a frame",
+      kCount,
+      (value) => `${formatNumber(value, 1)} ms`,
+      () => 16.7,
+      "The slowest of each eighth of a second; the line is 60 frames a second",
+    );
     const triangles = new Sparkline("triangles", "Triangles", kCount, formatCount);
-    const error = new Sparkline("error", "Error on screen, at most", kCount, (value) => `${formatNumber(value, 2)} px`, () => viewer.statistics().tau, "The line is what is allowed, τ");
+    const error = new Sparkline(
+      "error",
+      "Error on screen, at most",
+      kCount,
+      (value) => `${formatNumber(value, 2)} px`,
+      () => viewer.statistics().tau,
+      "The line is what is allowed, τ",
+    );
     const bytes = new Sparkline("bytes", "Received", kCount, (value) => `${formatBytes(value)}/s`);
     const requests = new Sparkline("requests", "Requests", kCount, (value) => `${formatNumber(value, 0)}/s`);
     const levels = el("div", { class: "levels" });
@@ -40,22 +54,38 @@ export const statisticsPanel: Panel = {
       requests.add(Math.max(0, now.requests - before.requests) / seconds);
       [slowest, before, beforeTime] = [0, now, time];
       showLevels(levels, now);
-      fill(table,
+      fill(
+        table,
         resultRow("Draw calls", formatNumber(now.drawCalls)),
         resultRow("Patches", formatCount(now.patches)),
         resultRow("Tiles, pictures on the GPU", `${formatNumber(now.tilesOnGpu)}, ${formatNumber(now.imageryOnGpu)}`),
         resultRow("Memory, GPU", `${formatBytes(now.memoryBytes)}, ${formatBytes(now.gpuBytes)}`),
         resultRow("Received in all", `${formatBytes(now.bytesReceived)} in ${formatNumber(now.requests)} requests`),
         resultRow("Failed requests", formatNumber(now.requestsFailed)),
-        resultRow("Line", `${formatNumber((now.bytesPerSecond * 8) / 1e6, 1)} Mbit/s, ${formatNumber(now.latencySeconds * 1000)} ms`, "As measured by what came"),
+        resultRow(
+          "Line",
+          `${formatNumber((now.bytesPerSecond * 8) / 1e6, 1)} Mbit/s, ${formatNumber(now.latencySeconds * 1000)} ms`,
+          "As measured by what came",
+        ),
         resultRow("Waiting for", `${formatNumber(now.wishes)} tiles`),
-        el("p", { class: "faint renderer" }, now.renderer));
+        el("p", { class: "faint renderer" }, now.renderer),
+      );
     };
     const timer = setInterval(step, kEveryMilliseconds);
     requestAnimationFrame(step);
     return {
-      body: el("div", {}, frame.element, triangles.element, error.element, bytes.element, requests.element,
-        el("h3", {}, "Tiles drawn from, by level"), levels, table),
+      body: el(
+        "div",
+        {},
+        frame.element,
+        triangles.element,
+        error.element,
+        bytes.element,
+        requests.element,
+        el("h3", {}, "Tiles drawn from, by level"),
+        levels,
+        table,
+      ),
       close: () => {
         clearInterval(timer);
         stop();
@@ -66,9 +96,16 @@ export const statisticsPanel: Panel = {
 
 function showLevels(element: HTMLElement, { tilesByLevel }: Statistics): void {
   const most = Math.max(1, ...tilesByLevel);
-  fill(element, ...tilesByLevel.map((count, level) =>
-    el("div", { class: "level", title: `Level ${level}: ${count} tiles` },
-      el("span", { class: "number level-count" }, count > 0 ? String(count) : ""),
-      el("div", { class: "level-bar", style: `--share: ${count / most}` }),
-      el("span", { class: "number faint" }, String(level)))));
+  fill(
+    element,
+    ...tilesByLevel.map((count, level) =>
+      el(
+        "div",
+        { class: "level", title: `Level ${level}: ${count} tiles` },
+        el("span", { class: "number level-count" }, count > 0 ? String(count) : ""),
+        el("div", { class: "level-bar", style: `--share: ${count / most}` }),
+        el("span", { class: "number faint" }, String(level)),
+      ),
+    ),
+  );
 }

@@ -8,15 +8,25 @@ const kSlop = 4;
 
 /** Shows where the camera looks: the needle north, flatter the more it is tilted. A click turns north up, a drag turns and tilts. */
 export function makeCompass(viewer: Viewer): HTMLElement {
-  const rose = svg("g", {},
+  const rose = svg(
+    "g",
+    {},
     svg("circle", { class: "compass-ring", cx: 0, cy: 0, r: 26 }),
-    ...[0, 45, 90, 135, 180, 225, 270, 315].map((angle) => svg("line", { class: "compass-tick", x1: 0, y1: -25, x2: 0, y2: angle % 90 === 0 ? -20 : -22.5, transform: `rotate(${angle})` })),
+    ...[0, 45, 90, 135, 180, 225, 270, 315].map((angle) =>
+      svg("line", { class: "compass-tick", x1: 0, y1: -25, x2: 0, y2: angle % 90 === 0 ? -20 : -22.5, transform: `rotate(${angle})` }),
+    ),
     svg("path", { class: "compass-north", d: "M0-17 5 0H-5z" }),
-    svg("path", { class: "compass-south", d: "M0 17 5 0H-5z" }));
+    svg("path", { class: "compass-south", d: "M0 17 5 0H-5z" }),
+  );
   const letter = svg("text", { class: "compass-letter", "text-anchor": "middle", "dominant-baseline": "central" });
   letter.textContent = "N";
   const degrees = el("span", { class: "compass-degrees number" });
-  const button = el("button", { class: "compass", type: "button" }, svg("svg", { viewBox: "-32 -32 64 64", "aria-hidden": "true" }, rose, letter), degrees);
+  const button = el(
+    "button",
+    { class: "compass", type: "button" },
+    svg("svg", { viewBox: "-32 -32 64 64", "aria-hidden": "true" }, rose, letter),
+    degrees,
+  );
 
   const show = (): void => {
     const { heading, pitch } = viewer.view;

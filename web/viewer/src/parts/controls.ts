@@ -27,14 +27,20 @@ export interface SliderOptions {
 
 export function sliderControl(options: SliderOptions): Control<number> {
   const { label, min, max, isLogarithmic, format, change } = options;
-  const toShare = (value: number): number => isLogarithmic ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min);
+  const toShare = (value: number): number => (isLogarithmic ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min));
   const fromShare = (share: number): number => {
     const value = isLogarithmic ? min * (max / min) ** share : min + (max - min) * share;
     return options.step ? Math.round(value / options.step) * options.step : value;
   };
   const steps = 200;
   const output = el("output", { class: "number" });
-  const input = el("input", { type: "range", min: 0, max: steps, step: isLogarithmic || !options.step ? 1 : (options.step / (max - min)) * steps, "aria-label": label });
+  const input = el("input", {
+    type: "range",
+    min: 0,
+    max: steps,
+    step: isLogarithmic || !options.step ? 1 : (options.step / (max - min)) * steps,
+    "aria-label": label,
+  });
   const say = (value: number): void => {
     output.textContent = format(value);
     input.setAttribute("aria-valuetext", format(value));
@@ -57,7 +63,11 @@ let choices = 0;
 
 /** One of a few. */
 export function choiceControl<Value extends string>(
-  label: string, values: readonly { value: Value; label: string; hint?: string }[], value: Value, change: (value: Value) => void, columns = values.length,
+  label: string,
+  values: readonly { value: Value; label: string; hint?: string }[],
+  value: Value,
+  change: (value: Value) => void,
+  columns = values.length,
 ): Control<Value> {
   const name = `choice-${++choices}`;
   const inputs = new Map<Value, HTMLInputElement>();

@@ -11,21 +11,23 @@ export interface Attributes {
 
 /** An element with attributes (true: present, false or null: absent) and children. */
 export function el<Tag extends keyof HTMLElementTagNameMap>(
-  tag: Tag, attributes: Attributes = {}, ...children: Child[]
+  tag: Tag,
+  attributes: Attributes = {},
+  ...children: Child[]
 ): HTMLElementTagNameMap[Tag] {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (name === "on" || value === undefined || value === null || value === false) continue;
     element.setAttribute(name, value === true ? "" : String(value));
   }
-  for (const [name, listener] of Object.entries(attributes.on ?? {}))
-    element.addEventListener(name, listener as EventListener);
+  for (const [name, listener] of Object.entries(attributes.on ?? {})) element.addEventListener(name, listener as EventListener);
   append(element, ...children);
   return element;
 }
 
 export function append(parent: Node, ...children: Child[]): void {
-  for (const child of children) if (child || child === "") parent.appendChild(typeof child === "string" ? document.createTextNode(child) : child);
+  for (const child of children)
+    if (child || child === "") parent.appendChild(typeof child === "string" ? document.createTextNode(child) : child);
 }
 
 /** Everything that was in it goes, these come. */
@@ -37,7 +39,9 @@ export function fill(parent: Element, ...children: Child[]): void {
 const kSvg = "http://www.w3.org/2000/svg";
 
 export function svg<Tag extends keyof SVGElementTagNameMap>(
-  tag: Tag, attributes: Record<string, string | number> = {}, ...children: SVGElement[]
+  tag: Tag,
+  attributes: Record<string, string | number> = {},
+  ...children: SVGElement[]
 ): SVGElementTagNameMap[Tag] {
   const element = document.createElementNS(kSvg, tag);
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));

@@ -26,7 +26,11 @@ export function listenToDrops(take: (files: File[]) => void): HTMLElement {
 
 /** Asks for files. */
 export function askForFiles(take: (files: File[]) => void): void {
-  const input = el("input", { type: "file", multiple: true, accept: ".geojson,.json,.gpx,application/geo+json,application/json,application/gpx+xml" });
+  const input = el("input", {
+    type: "file",
+    multiple: true,
+    accept: ".geojson,.json,.gpx,application/geo+json,application/json,application/gpx+xml",
+  });
   input.addEventListener("change", () => take([...(input.files ?? [])]));
   input.click();
 }

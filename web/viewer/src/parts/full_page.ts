@@ -13,12 +13,32 @@ function fullPage(id: string, title: string, ...children: Child[]): void {
 const again = (): HTMLElement => el("button", { class: "secondary", type: "button", on: { click: () => location.reload() } }, "Try again");
 
 export function showNoDataset(reason: string): void {
-  fullPage("no-dataset", "No terrain to show", el("p", {}, reason),
-    el("p", { class: "faint" }, "A dataset is a folder that ", el("code", {}, "terrane build"), " makes; ", el("code", {}, "terrane serve"), " or any web server delivers it."),
-    el("form", { class: "open-address", on: { submit: openAddress } },
-      el("label", {}, "Address of a dataset", el("input", { name: "dataset", type: "text", inputmode: "url", placeholder: "https://example.org/alps.terrane/", required: true })),
-      el("button", { class: "primary", type: "submit" }, "Open")),
-    again());
+  fullPage(
+    "no-dataset",
+    "No terrain to show",
+    el("p", {}, reason),
+    el(
+      "p",
+      { class: "faint" },
+      "A dataset is a folder that ",
+      el("code", {}, "terrane build"),
+      " makes; ",
+      el("code", {}, "terrane serve"),
+      " or any web server delivers it.",
+    ),
+    el(
+      "form",
+      { class: "open-address", on: { submit: openAddress } },
+      el(
+        "label",
+        {},
+        "Address of a dataset",
+        el("input", { name: "dataset", type: "text", inputmode: "url", placeholder: "https://example.org/alps.terrane/", required: true }),
+      ),
+      el("button", { class: "primary", type: "submit" }, "Open"),
+    ),
+    again(),
+  );
 }
 
 function openAddress(event: SubmitEvent): void {
@@ -34,19 +54,50 @@ export function showFatal(problem: Problem): void {
     return;
   }
   const title = problem.code === "no-webgl2" ? "This browser cannot draw terrain" : "The terrain engine did not start";
-  fullPage(problem.code, title, icon("warning"), el("p", {}, problem.message),
-    problem.code === "no-webgl2" && el("p", { class: "faint" }, "WebGL2 is in every current Firefox, Chrome, Edge and Safari. If yours is one of them, hardware acceleration may be switched off in its settings, or the graphics driver is blocked."),
-    again());
+  fullPage(
+    problem.code,
+    title,
+    icon("warning"),
+    el("p", {}, problem.message),
+    problem.code === "no-webgl2" &&
+      el(
+        "p",
+        { class: "faint" },
+        "WebGL2 is in every current Firefox, Chrome, Edge and Safari. If yours is one of them, hardware acceleration may be switched off in its settings, or the graphics driver is blocked.",
+      ),
+    again(),
+  );
 }
 
 export function showChooser(datasets: DatasetChoice[]): void {
   document.title = "Terrane";
-  fullPage("chooser", "Which terrain?", el("ul", { class: "chooser" }, ...datasets.map((each) =>
-    el("li", {}, el("a", { href: `?dataset=${encodeURIComponent(each.name)}` },
-      el("strong", {}, each.name),
-      el("span", {}, each.crs ?? ""),
-      el("span", { class: "faint" },
-        each.minHeight !== undefined && each.maxHeight !== undefined ? `${formatNumber(each.minHeight)} to ${formatNumber(each.maxHeight)} m` : "",
-        each.bytes ? ` · ${formatBytes(each.bytes)}` : "",
-        each.attribution ? ` · ${each.attribution}` : ""))))));
+  fullPage(
+    "chooser",
+    "Which terrain?",
+    el(
+      "ul",
+      { class: "chooser" },
+      ...datasets.map((each) =>
+        el(
+          "li",
+          {},
+          el(
+            "a",
+            { href: `?dataset=${encodeURIComponent(each.name)}` },
+            el("strong", {}, each.name),
+            el("span", {}, each.crs ?? ""),
+            el(
+              "span",
+              { class: "faint" },
+              each.minHeight !== undefined && each.maxHeight !== undefined
+                ? `${formatNumber(each.minHeight)} to ${formatNumber(each.maxHeight)} m`
+                : "",
+              each.bytes ? ` · ${formatBytes(each.bytes)}` : "",
+              each.attribution ? ` · ${each.attribution}` : "",
+            ),
+          ),
+        ),
+      ),
+    ),
+  );
 }

@@ -33,16 +33,34 @@ const kTools: readonly Row[] = [
 
 /** The sheet of all keys. Opens over everything; Escape closes it. */
 export function makeHelp(): { element: HTMLDialogElement; toggle(): void } {
-  const named: Row[] = [...panelGroups.flat(), ...actions, ...viewActions.filter((each) => !["+", "-"].includes(each.key)), ...keyActions].map((each) => [each.key.toUpperCase(), `${each.title}: ${lower(each.purpose)}`]);
+  const named: Row[] = [
+    ...panelGroups.flat(),
+    ...actions,
+    ...viewActions.filter((each) => !["+", "-"].includes(each.key)),
+    ...keyActions,
+  ].map((each) => [each.key.toUpperCase(), `${each.title}: ${lower(each.purpose)}`]);
   const isTouched = matchMedia("(pointer: coarse)").matches;
   const tools = table("Tools and panels", [...named, ["?", "This sheet"]]);
   const [map, fingers] = [table("Map", kMap), table("Fingers", kTouch)];
   // What one has at hand comes first.
-  const gestures = el("div", {}, ...(isTouched ? [fingers, map] : [map, fingers]), table("Flying", kFly), table("While a tool is open", kTools));
-  const dialog = el("dialog", { class: "help", "aria-labelledby": "help-title" },
-    el("header", { class: "panel-head" }, el("h2", { id: "help-title" }, "Keys and gestures"),
-      el("button", { class: "plain", type: "button", "aria-label": "Close", on: { click: () => dialog.close() } }, icon("close"))),
-    el("div", { class: "help-body", tabindex: 0, autofocus: true }, ...(isTouched ? [gestures, tools] : [tools, gestures])));
+  const gestures = el(
+    "div",
+    {},
+    ...(isTouched ? [fingers, map] : [map, fingers]),
+    table("Flying", kFly),
+    table("While a tool is open", kTools),
+  );
+  const dialog = el(
+    "dialog",
+    { class: "help", "aria-labelledby": "help-title" },
+    el(
+      "header",
+      { class: "panel-head" },
+      el("h2", { id: "help-title" }, "Keys and gestures"),
+      el("button", { class: "plain", type: "button", "aria-label": "Close", on: { click: () => dialog.close() } }, icon("close")),
+    ),
+    el("div", { class: "help-body", tabindex: 0, autofocus: true }, ...(isTouched ? [gestures, tools] : [tools, gestures])),
+  );
   dialog.addEventListener("click", (event) => {
     if (event.target === dialog) dialog.close();
   });
@@ -50,8 +68,16 @@ export function makeHelp(): { element: HTMLDialogElement; toggle(): void } {
 }
 
 function table(title: string, rows: readonly Row[]): HTMLElement {
-  return el("section", {}, el("h3", {}, title), el("dl", { class: "keys" }, ...rows.flatMap(([keys, what]) => [
-    el("dt", {}, ...(keys.length === 1 ? [el("kbd", {}, keys)] : [keys])), el("dd", {}, what)])));
+  return el(
+    "section",
+    {},
+    el("h3", {}, title),
+    el(
+      "dl",
+      { class: "keys" },
+      ...rows.flatMap(([keys, what]) => [el("dt", {}, ...(keys.length === 1 ? [el("kbd", {}, keys)] : [keys])), el("dd", {}, what)]),
+    ),
+  );
 }
 
 const lower = (text: string): string => text.charAt(0).toLowerCase() + text.slice(1);

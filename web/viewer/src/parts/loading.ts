@@ -9,8 +9,14 @@ const kPatienceMilliseconds = 500;
 export function makeLoading(viewer: Viewer, datasetName: string): HTMLElement {
   const phase = el("p", { class: "loading-phase" });
   const amount = el("p", { class: "loading-amount number faint" });
-  const splash = el("div", { class: "splash" },
-    el("div", { class: "splash-mark", "aria-hidden": "true" }), el("h1", {}, datasetName), phase, amount);
+  const splash = el(
+    "div",
+    { class: "splash" },
+    el("div", { class: "splash-mark", "aria-hidden": "true" }),
+    el("h1", {}, datasetName),
+    phase,
+    amount,
+  );
   const pill = el("div", { class: "loading-pill number", hidden: true });
   const element = el("div", { class: "loading", role: "status", "aria-live": "off" }, splash, pill);
 
@@ -29,7 +35,8 @@ export function makeLoading(viewer: Viewer, datasetName: string): HTMLElement {
     if (!isWaiting) since = 0;
     else if (since === 0) since = performance.now();
     pill.hidden = !isWaiting || performance.now() - since < kPatienceMilliseconds;
-    if (!pill.hidden) pill.textContent = `Finer ground is coming: ${now.requestsUnderway} ${now.requestsUnderway === 1 ? "request" : "requests"}, ${formatBytes(now.bytesReceived)} so far`;
+    if (!pill.hidden)
+      pill.textContent = `Finer ground is coming: ${now.requestsUnderway} ${now.requestsUnderway === 1 ? "request" : "requests"}, ${formatBytes(now.bytesReceived)} so far`;
   });
   viewer.on("problem", (problem) => {
     if (problem?.isFatal) element.remove();
@@ -46,7 +53,9 @@ function wordsFor(now: Loading): string {
     case "dataset":
       return "Asking what the dataset has";
     case "ground":
-      return now.requestsUnderway > 0 ? `Waiting for the first ground: ${now.requestsUnderway} ${now.requestsUnderway === 1 ? "request" : "requests"} underway` : "Waiting for the first ground";
+      return now.requestsUnderway > 0
+        ? `Waiting for the first ground: ${now.requestsUnderway} ${now.requestsUnderway === 1 ? "request" : "requests"} underway`
+        : "Waiting for the first ground";
     default:
       return "Here it is";
   }

@@ -11,10 +11,13 @@ export class Messages {
   say(message: string, kind: "info" | "warning" = "info"): void {
     // The same again is not more.
     for (const shown of [...this.toasts.children]) if (shown.textContent === message) shown.remove();
-    const toast = el("div", { class: `toast is-${kind}` },
+    const toast = el(
+      "div",
+      { class: `toast is-${kind}` },
       kind === "warning" && icon("warning"),
       el("span", {}, message),
-      el("button", { class: "plain", type: "button", "aria-label": "Dismiss", on: { click: () => toast.remove() } }, icon("close")));
+      el("button", { class: "plain", type: "button", "aria-label": "Dismiss", on: { click: () => toast.remove() } }, icon("close")),
+    );
     while (this.toasts.childElementCount >= 2) this.toasts.firstElementChild?.remove();
     this.toasts.append(toast);
     // Long enough to be read, twice.

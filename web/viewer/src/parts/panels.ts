@@ -35,11 +35,21 @@ export class Panels {
     const before = this.current?.before ?? document.activeElement;
     this.close();
     const open = panel.open(app);
-    const element = el("section", { class: `panel${panel.isWide ? " is-wide" : ""}`, id: `panel-${panel.id}`, "aria-labelledby": `title-${panel.id}`, tabindex: -1 },
-      el("header", { class: "panel-head" },
+    const element = el(
+      "section",
+      { class: `panel${panel.isWide ? " is-wide" : ""}`, id: `panel-${panel.id}`, "aria-labelledby": `title-${panel.id}`, tabindex: -1 },
+      el(
+        "header",
+        { class: "panel-head" },
         el("h2", { id: `title-${panel.id}` }, panel.title),
-        el("button", { class: "plain", type: "button", "aria-label": `Close ${panel.title}`, title: "Close (Esc)", on: { click: () => this.close() } }, icon("close"))),
-      el("div", { class: "panel-body" }, open.body));
+        el(
+          "button",
+          { class: "plain", type: "button", "aria-label": `Close ${panel.title}`, title: "Close (Esc)", on: { click: () => this.close() } },
+          icon("close"),
+        ),
+      ),
+      el("div", { class: "panel-body" }, open.body),
+    );
     this.element.append(element);
     this.current = { panel, open, element, before };
     this.sizes.observe(element);

@@ -1,7 +1,10 @@
 import { el } from "./dom.js";
 
 /** Draws on a canvas as large as its element, in its own pixels. */
-export function draw(canvas: HTMLCanvasElement, paint: (context: CanvasRenderingContext2D, width: number, height: number, color: (name: string) => string) => void): void {
+export function draw(
+  canvas: HTMLCanvasElement,
+  paint: (context: CanvasRenderingContext2D, width: number, height: number, color: (name: string) => string) => void,
+): void {
   const { clientWidth: width, clientHeight: height } = canvas;
   const context = canvas.getContext("2d");
   if (context === null || width === 0 || height === 0) return;
@@ -24,8 +27,20 @@ export class Sparkline {
   readonly element: HTMLElement;
 
   /** `limit`: a value that is worth a line of its own. */
-  constructor(private readonly name: string, label: string, private readonly count: number, private readonly format: (value: number) => string, private readonly limit?: () => number, hint = "") {
-    this.element = el("div", { class: "plot", "data-plot": this.name, title: hint || undefined }, el("div", { class: "row" }, el("span", {}, label), this.output), this.canvas);
+  constructor(
+    private readonly name: string,
+    label: string,
+    private readonly count: number,
+    private readonly format: (value: number) => string,
+    private readonly limit?: () => number,
+    hint = "",
+  ) {
+    this.element = el(
+      "div",
+      { class: "plot", "data-plot": this.name, title: hint || undefined },
+      el("div", { class: "row" }, el("span", {}, label), this.output),
+      this.canvas,
+    );
   }
 
   add(value: number): void {

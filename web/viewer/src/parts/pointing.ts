@@ -24,7 +24,10 @@ export class Pointing {
   private lastClick = { time: -1e9, x: 0, y: 0 };
   private pointer: { x: number; y: number } | null = null;
 
-  constructor(private readonly viewer: Viewer, private readonly tellMissed: () => void) {
+  constructor(
+    private readonly viewer: Viewer,
+    private readonly tellMissed: () => void,
+  ) {
     const { canvas } = viewer;
     canvas.addEventListener("pointerdown", (event) => this.press(event));
     canvas.addEventListener("pointerup", (event) => this.lift(event));
@@ -39,9 +42,13 @@ export class Pointing {
     });
     viewer.on("view", () => this.hover());
     // A double click ends a line; it must not zoom, too. Captured above the canvas, so before the map hears it.
-    addEventListener("dblclick", (event) => {
-      if (this.tool !== null && event.target === canvas) event.stopPropagation();
-    }, { capture: true });
+    addEventListener(
+      "dblclick",
+      (event) => {
+        if (this.tool !== null && event.target === canvas) event.stopPropagation();
+      },
+      { capture: true },
+    );
     addEventListener("keydown", (event) => this.key(event), { capture: true });
   }
 
@@ -79,7 +86,8 @@ export class Pointing {
     if (!down.isOne || Math.hypot(event.offsetX - down.x, event.offsetY - down.y) > slop || this.tool === null) return;
     const last = this.lastClick;
     this.lastClick = { time: event.timeStamp, x: event.offsetX, y: event.offsetY };
-    const isDouble = event.timeStamp - last.time < kDoubleMilliseconds && Math.hypot(event.offsetX - last.x, event.offsetY - last.y) < 2 * slop;
+    const isDouble =
+      event.timeStamp - last.time < kDoubleMilliseconds && Math.hypot(event.offsetX - last.x, event.offsetY - last.y) < 2 * slop;
     if (isDouble) this.tool.finish?.();
     else this.clickAt(event.offsetX, event.offsetY);
   }

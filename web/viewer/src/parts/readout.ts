@@ -28,7 +28,12 @@ export function makeReadout(app: App): HTMLElement {
       fill(error);
       return;
     }
-    fill(place, isGeographic && toDegrees ? degreesText(toDegrees(found.easting, found.northing)) : `E ${coordinate(found.easting)}  N ${coordinate(found.northing)}`);
+    fill(
+      place,
+      isGeographic && toDegrees
+        ? degreesText(toDegrees(found.easting, found.northing))
+        : `E ${coordinate(found.easting)}  N ${coordinate(found.northing)}`,
+    );
     const bound = errorAt(found);
     fill(height, formatHeight(viewer.elevationAt(found.easting, found.northing) ?? found.height, bound));
     fill(error, formatError(bound));
@@ -38,7 +43,13 @@ export function makeReadout(app: App): HTMLElement {
   /** The bound of the height's error there: more than the dataset's own where finer ground has not come. */
   const errorAt = ({ easting, northing }: Place): number => {
     const step = dataset.spacingMeters / dataset.metersPerUnit / 100;
-    const [first] = viewer.profile([{ easting, northing }, { easting: easting + step, northing }], 2);
+    const [first] = viewer.profile(
+      [
+        { easting, northing },
+        { easting: easting + step, northing },
+      ],
+      2,
+    );
     return first && Number.isFinite(first.error) ? first.error : dataset.maxErrorMeters;
   };
 

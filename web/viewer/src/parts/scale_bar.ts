@@ -30,7 +30,8 @@ export function makeScaleBar(viewer: Viewer): HTMLElement {
     const power = 10 ** Math.floor(Math.log10(most));
     const length = [5, 2, 1].map((step) => step * power).find((step) => step <= most) ?? power;
     bar.style.width = `${(length / metersPerPixel).toFixed(1)}px`;
-    label.textContent = length >= 1000 ? `${formatNumber(length / 1000)} km` : length >= 1 ? `${formatNumber(length)} m` : `${formatNumber(length * 100)} cm`;
+    label.textContent =
+      length >= 1000 ? `${formatNumber(length / 1000)} km` : length >= 1 ? `${formatNumber(length)} m` : `${formatNumber(length * 100)} cm`;
   });
   viewer.on("view", show);
   viewer.on("frame", show);

@@ -24,14 +24,16 @@ export function makeToolbar(app: App, toggleHelp: () => void): HTMLElement {
     button.setAttribute("aria-expanded", "false");
     return remember(panel.id, button);
   };
-  const actionButton = (action: Action): HTMLButtonElement => toolButton(action.id, action.title, action.key, action.icon, () => {
-    closeMore();
-    action.run(app);
-  });
-  const helpButton = (): HTMLButtonElement => toolButton("help", "Keys and gestures", "?", "help", () => {
-    closeMore();
-    toggleHelp();
-  });
+  const actionButton = (action: Action): HTMLButtonElement =>
+    toolButton(action.id, action.title, action.key, action.icon, () => {
+      closeMore();
+      action.run(app);
+    });
+  const helpButton = (): HTMLButtonElement =>
+    toolButton("help", "Keys and gestures", "?", "help", () => {
+      closeMore();
+      toggleHelp();
+    });
 
   const moreButton = toolButton("more", "More", "", "more", () => {
     more.hidden = !more.hidden;
@@ -39,11 +41,29 @@ export function makeToolbar(app: App, toggleHelp: () => void): HTMLElement {
     if (!more.hidden) panels.close();
   });
   moreButton.setAttribute("aria-expanded", "false");
-  const more = el("div", { class: "more-sheet", hidden: true, role: "group", "aria-label": "More tools" },
-    ...panelGroups.flat().filter((panel) => !kFirst.has(panel.id)).map(panelButton), ...actions.map(actionButton), helpButton());
-  const bar = el("nav", { class: "toolbar", "aria-label": "Tools" },
-    ...panelGroups.map((group, i) => el("div", { class: "tool-group" }, ...group.map(panelButton),
-      ...(i === panelGroups.length - 1 ? [...actions.map(actionButton), helpButton()] : []))), moreButton);
+  const more = el(
+    "div",
+    { class: "more-sheet", hidden: true, role: "group", "aria-label": "More tools" },
+    ...panelGroups
+      .flat()
+      .filter((panel) => !kFirst.has(panel.id))
+      .map(panelButton),
+    ...actions.map(actionButton),
+    helpButton(),
+  );
+  const bar = el(
+    "nav",
+    { class: "toolbar", "aria-label": "Tools" },
+    ...panelGroups.map((group, i) =>
+      el(
+        "div",
+        { class: "tool-group" },
+        ...group.map(panelButton),
+        ...(i === panelGroups.length - 1 ? [...actions.map(actionButton), helpButton()] : []),
+      ),
+    ),
+    moreButton,
+  );
 
   const closeMore = (): boolean => {
     const wasOpen = !more.hidden;
@@ -52,9 +72,13 @@ export function makeToolbar(app: App, toggleHelp: () => void): HTMLElement {
     return wasOpen;
   };
   app.viewer.canvas.addEventListener("pointerdown", closeMore);
-  addEventListener("keydown", (event) => {
-    if (event.key === "Escape" && closeMore()) event.stopImmediatePropagation();
-  }, { capture: true });
+  addEventListener(
+    "keydown",
+    (event) => {
+      if (event.key === "Escape" && closeMore()) event.stopImmediatePropagation();
+    },
+    { capture: true },
+  );
   panels.onChange((open) => {
     closeMore();
     for (const [id, all] of buttons) for (const button of all) button.setAttribute("aria-expanded", String(id === open));
@@ -63,8 +87,19 @@ export function makeToolbar(app: App, toggleHelp: () => void): HTMLElement {
 }
 
 function toolButton(id: string, title: string, key: string, name: IconName, click: (event: MouseEvent) => void): HTMLButtonElement {
-  return el("button", { class: `tool${kFirst.has(id) || id === "more" ? " is-first" : ""}`, type: "button", "data-tool": id, title: key ? `${title} (${key.toUpperCase()})` : title, "aria-keyshortcuts": key || undefined, on: { click } },
-    icon(name), el("span", { class: "tool-label" }, title));
+  return el(
+    "button",
+    {
+      class: `tool${kFirst.has(id) || id === "more" ? " is-first" : ""}`,
+      type: "button",
+      "data-tool": id,
+      title: key ? `${title} (${key.toUpperCase()})` : title,
+      "aria-keyshortcuts": key || undefined,
+      on: { click },
+    },
+    icon(name),
+    el("span", { class: "tool-label" }, title),
+  );
 }
 
 /** Compass, zoom, overview, flying. */
@@ -72,5 +107,13 @@ export function makeNavigation(app: App): { element: HTMLElement; fly: HTMLButto
   const buttons = viewActions.map((action) => toolButton(action.id, action.title, action.key, action.icon, () => action.run(app)));
   const fly = buttons.find((button) => button.dataset["tool"] === "fly") ?? null;
   fly?.setAttribute("aria-pressed", "false");
-  return { element: el("nav", { class: "navigation", "aria-label": "View" }, makeCompass(app.viewer), el("div", { class: "tool-group" }, ...buttons)), fly };
+  return {
+    element: el(
+      "nav",
+      { class: "navigation", "aria-label": "View" },
+      makeCompass(app.viewer),
+      el("div", { class: "tool-group" }, ...buttons),
+    ),
+    fly,
+  };
 }

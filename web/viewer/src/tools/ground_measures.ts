@@ -33,7 +33,8 @@ export function areaOf(corners: readonly Place[], metersPerUnit: number): number
   for (let i = 0; i < corners.length; ++i) {
     const [a, b] = [corners[i], corners[(i + 1) % corners.length]];
     // Counted from the first corner: eastings and northings are large numbers.
-    if (a && b) twice += (a.easting - first.easting) * (b.northing - first.northing) - (b.easting - first.easting) * (a.northing - first.northing);
+    if (a && b)
+      twice += (a.easting - first.easting) * (b.northing - first.northing) - (b.easting - first.easting) * (a.northing - first.northing);
   }
   return Math.abs(twice / 2) * metersPerUnit ** 2;
 }

@@ -20,13 +20,24 @@ export const measureTool: Panel = {
     const results = el("div", { class: "results", "aria-live": "polite" });
     let isArea = false;
     const show = (): void => {
-      const corners = path.corners.map((corner) => ({ ...corner, height: viewer.elevationAt(corner.easting, corner.northing) ?? corner.height }));
+      const corners = path.corners.map((corner) => ({
+        ...corner,
+        height: viewer.elevationAt(corner.easting, corner.northing) ?? corner.height,
+      }));
       const [first, last] = [corners[0], corners.at(-1)];
       // An area's last side joins its ends.
-      if (isArea && corners.length >= 3 && first) viewer.setLine("measure/closing", { points: [corners.at(-1) ?? first, first], color: "#ffd23f", widthPixels: 1.5 });
+      if (isArea && corners.length >= 3 && first)
+        viewer.setLine("measure/closing", { points: [corners.at(-1) ?? first, first], color: "#ffd23f", widthPixels: 1.5 });
       else viewer.removeLine("measure/closing");
       if (!first || !last || corners.length < 2) {
-        fill(results, el("p", { class: "faint" }, corners.length === 0 ? "Click on the ground where to begin." : "Click where to go on. Enter or a double click ends."));
+        fill(
+          results,
+          el(
+            "p",
+            { class: "faint" },
+            corners.length === 0 ? "Click on the ground where to begin." : "Click where to go on. Enter or a double click ends.",
+          ),
+        );
         return;
       }
       const samples = Math.min(kMostSamples, (corners.length - 1) * kSamplesPerSegment + 1);
@@ -34,21 +45,36 @@ export const measureTool: Panel = {
       const { straight, flat } = lengthOfCorners(corners, dataset.metersPerUnit);
       const climb = climbOf(profile);
       const bearing = ((Math.atan2(last.easting - first.easting, last.northing - first.northing) * 180) / Math.PI + 360) % 360;
-      fill(results,
+      fill(
+        results,
         resultRow("Over the ground", formatDistance(lengthOverGround(profile))),
         resultRow("Straight", formatDistance(straight), "From corner to corner through the air"),
         resultRow("On the map", formatDistance(flat)),
-        resultRow("Height difference", `${last.height > first.height ? "+" : ""}${formatHeight(last.height - first.height, climb.error)}`, "From the first point to the last"),
+        resultRow(
+          "Height difference",
+          `${last.height > first.height ? "+" : ""}${formatHeight(last.height - first.height, climb.error)}`,
+          "From the first point to the last",
+        ),
         resultRow("Up, down", `${formatNumber(climb.up)}, ${formatNumber(climb.down)} m`),
-        corners.length === 2 ? resultRow("Direction", `${formatNumber(bearing, 1)}° ${windOf(bearing)}`, "Clockwise from grid north") : null,
-        isArea ? resultRow("Area on the map", corners.length < 3 ? "needs three points" : formatArea(areaOf(corners, dataset.metersPerUnit))) : null,
-        el("p", { class: "faint" }, `Heights ${formatError(climb.error)}. Lengths are those of ${dataset.crsName}.`));
+        corners.length === 2
+          ? resultRow("Direction", `${formatNumber(bearing, 1)}° ${windOf(bearing)}`, "Clockwise from grid north")
+          : null,
+        isArea
+          ? resultRow("Area on the map", corners.length < 3 ? "needs three points" : formatArea(areaOf(corners, dataset.metersPerUnit)))
+          : null,
+        el("p", { class: "faint" }, `Heights ${formatError(climb.error)}. Lengths are those of ${dataset.crsName}.`),
+      );
     };
     const path = new Path(app, "measure", { color: "#ffd23f", widthPixels: 3 }, () => show());
-    const area = switchControl("Area", isArea, (on) => {
-      isArea = on;
-      show();
-    }, "As if the last point were joined to the first");
+    const area = switchControl(
+      "Area",
+      isArea,
+      (on) => {
+        isArea = on;
+        show();
+      },
+      "As if the last point were joined to the first",
+    );
     const stop = whenFiner(app, show);
     show();
     return {

@@ -3,6 +3,8 @@ import type { App } from "../app.js";
 import { el } from "../parts/dom.js";
 import { icon } from "../parts/icons.js";
 
+const kMostMarks = 60;
+
 /** A line that grows by clicks on the ground: drawn there, with marks at its corners and a band to the pointer. */
 export class Path {
   readonly corners: Place[] = [];
@@ -12,8 +14,12 @@ export class Path {
 
   /** `changed` is told of corners, `finished` when Enter or a double click ends it. */
   constructor(
-    private readonly app: App, private readonly id: string, private readonly style: Pick<Line, "color" | "widthPixels">,
-    private readonly changed: () => void, private readonly finished: () => void = () => {}, private readonly most = Infinity,
+    private readonly app: App,
+    private readonly id: string,
+    private readonly style: Pick<Line, "color" | "widthPixels">,
+    private readonly changed: () => void,
+    private readonly finished: () => void = () => {},
+    private readonly most = Infinity,
   ) {
     this.release = app.pointing.use({
       click: (place) => this.add(place),
@@ -23,6 +29,14 @@ export class Path {
     });
   }
 
+  /** Takes a line as it is, from its first corner to its last. */
+  take(corners: readonly { easting: number; northing: number }[]): void {
+    this.corners.length = 0;
+    for (const { easting, northing } of corners)
+      this.corners.push({ easting, northing, height: this.app.viewer.elevationAt(easting, northing) ?? 0 });
+    this.isOpen = false;
+    this.show();
+  }
   add(place: Place): void {
     // A click after the end begins anew.
     if (!this.isOpen) this.corners.length = 0;
@@ -60,7 +74,11 @@ export class Path {
   show(): void {
     const { app, corners, id } = this;
     app.overlay.clear(id);
-    corners.forEach((corner, i) => app.overlay.setMark(`${id}/${i}`, corner, i === 0 ? "start" : "corner"));
+    // A track has thousands of corners: then its ends are marked.
+    corners.forEach((corner, i) => {
+      if (corners.length <= kMostMarks || i === 0 || i === corners.length - 1)
+        app.overlay.setMark(`${id}/${i}`, corner, i === 0 ? "start" : "corner");
+    });
     if (corners.length >= 2) app.viewer.setLine(id, { points: corners, ...this.style });
     else app.viewer.removeLine(id);
     if (!this.isOpen || corners.length === 0) app.overlay.setBand(null, null);
@@ -70,10 +88,40 @@ export class Path {
 
 /** What every tool that draws a path has: a point in the middle of the picture, one step back, from the beginning. */
 export function pathButtons(app: App, path: Path): HTMLElement {
-  return el("div", { class: "buttons path-buttons" },
-    el("button", { class: "secondary", type: "button", title: "Add the ground in the middle of the picture (Space)", "data-do": "middle", on: { click: () => app.pointing.clickMiddle() } }, icon("target"), "Middle"),
-    el("button", { class: "secondary", type: "button", title: "Take the last point back (Backspace)", "data-do": "undo", on: { click: () => path.undo() } }, icon("undo"), "Undo"),
-    el("button", { class: "secondary", type: "button", title: "Begin anew", "data-do": "clear", on: { click: () => path.clear() } }, icon("trash"), "Clear"));
+  return el(
+    "div",
+    { class: "buttons path-buttons" },
+    el(
+      "button",
+      {
+        class: "secondary",
+        type: "button",
+        title: "Add the ground in the middle of the picture (Space)",
+        "data-do": "middle",
+        on: { click: () => app.pointing.clickMiddle() },
+      },
+      icon("target"),
+      "Middle",
+    ),
+    el(
+      "button",
+      {
+        class: "secondary",
+        type: "button",
+        title: "Take the last point back (Backspace)",
+        "data-do": "undo",
+        on: { click: () => path.undo() },
+      },
+      icon("undo"),
+      "Undo",
+    ),
+    el(
+      "button",
+      { class: "secondary", type: "button", title: "Begin anew", "data-do": "clear", on: { click: () => path.clear() } },
+      icon("trash"),
+      "Clear",
+    ),
+  );
 }
 
 /** Calls when the ground has become finer, so that answers about it may be better. */

@@ -1,5 +1,6 @@
 import type { ProfilePoint } from "terrane";
-import type { Panel } from "../app.js";
+import type { App, OpenPanel, Panel } from "../app.js";
+import type { Point } from "../line_store.js";
 import { el, fill } from "../parts/dom.js";
 import { formatDistance, formatError, formatHeight, formatNumber, formatTick } from "../parts/format.js";
 import { draw } from "../parts/plots.js";
@@ -16,74 +17,92 @@ export const profileTool: Panel = {
   key: "p",
   purpose: "Heights along a line as a plot; pointing at the plot shows the place on the ground",
   isWide: true,
-  open(app) {
-    const { viewer, overlay } = app;
-    const canvas = el("canvas", { class: "profile-plot", tabindex: 0, role: "img" });
-    const summary = el("div", { class: "profile-summary number", "aria-live": "polite" });
-    let points: ProfilePoint[] = [];
-    let hovered: number | null = null;
-
-    const show = (): void => {
-      points = path.corners.length >= 2 ? viewer.profile(path.corners, kSamples) : [];
-      if (hovered !== null && hovered >= points.length) hovered = null;
-      paint();
-      tell();
-    };
-    const tell = (): void => {
-      const at = hovered === null ? undefined : points[hovered];
-      overlay.setMark("profile-hover", at && Number.isFinite(at.height) ? at : null, "hover");
-      canvas.hidden = points.length < 2;
-      if (points.length < 2) {
-        fill(summary, path.corners.length === 0 ? "Click on the ground where the profile begins." : "Click where it goes on. Enter or a double click ends.");
-        return;
-      }
-      const climb = climbOf(points);
-      const length = points.at(-1)?.distance ?? 0;
-      const whole = `${formatDistance(length)} on the map, ${formatDistance(lengthOverGround(points))} over the ground · ${formatNumber(climb.lowest?.height ?? NaN)} to ${formatNumber(climb.highest?.height ?? NaN)} m · ${formatNumber(climb.up)} m up, ${formatNumber(climb.down)} m down · steepest ${formatNumber(climb.steepest)}°`;
-      canvas.setAttribute("aria-label", `Profile: ${whole}. Arrow keys move along it.`);
-      fill(summary, at ? `${formatDistance(at.distance)}: ${Number.isFinite(at.height) ? `${formatHeight(at.height, at.error)} ${formatError(at.error)}` : "no ground"} · E ${formatNumber(at.easting)} N ${formatNumber(at.northing)}` : whole);
-    };
-    const paint = (): void => draw(canvas, (context, width, height, color) => paintProfile(context, width, height, color, points, hovered));
-
-    const hover = (index: number | null): void => {
-      hovered = index;
-      paint();
-      tell();
-    };
-    const point = (event: PointerEvent): void => {
-      const inner = canvas.clientWidth - kMargin.left - kMargin.right;
-      const share = Math.min(Math.max((event.offsetX - kMargin.left) / Math.max(inner, 1), 0), 1);
-      if (points.length > 1) hover(Math.round(share * (points.length - 1)));
-    };
-    canvas.addEventListener("pointermove", point);
-    canvas.addEventListener("pointerdown", point);
-    canvas.addEventListener("pointerleave", (event) => {
-      if (event.pointerType !== "touch") hover(null);
-    });
-    canvas.addEventListener("keydown", (event) => {
-      const step = { ArrowLeft: -1, ArrowRight: 1, PageDown: 32, PageUp: -32 }[event.key];
-      if (step === undefined || points.length < 2) return;
-      event.preventDefault();
-      event.stopPropagation();
-      hover(Math.min(Math.max((hovered ?? 0) + step * (event.shiftKey ? 10 : 1), 0), points.length - 1));
-    });
-
-    const path = new Path(app, "profile", { color: "#4cc9f0", widthPixels: 3 }, () => show());
-    const stop = whenFiner(app, show);
-    const resizes = new ResizeObserver(paint);
-    resizes.observe(canvas);
-    show();
-    return {
-      body: el("div", { class: "profile" }, summary, canvas, pathButtons(app, path)),
-      close: () => {
-        stop();
-        resizes.disconnect();
-        overlay.setMark("profile-hover", null);
-        path.close();
-      },
-    };
-  },
+  open: (app) => openProfile(app, []),
 };
+
+/** The profile of a line that is there already. */
+export function profileOf(name: string, points: readonly Point[]): Panel {
+  return { ...profileTool, title: `Profile of ${name}`, open: (app) => openProfile(app, points) };
+}
+
+function openProfile(app: App, given: readonly Point[]): OpenPanel {
+  const { viewer, overlay } = app;
+  const canvas = el("canvas", { class: "profile-plot", tabindex: 0, role: "img" });
+  const summary = el("div", { class: "profile-summary number", "aria-live": "polite" });
+  let points: ProfilePoint[] = [];
+  let hovered: number | null = null;
+
+  const show = (): void => {
+    points = path.corners.length >= 2 ? viewer.profile(path.corners, kSamples) : [];
+    if (hovered !== null && hovered >= points.length) hovered = null;
+    paint();
+    tell();
+  };
+  const tell = (): void => {
+    const at = hovered === null ? undefined : points[hovered];
+    overlay.setMark("profile-hover", at && Number.isFinite(at.height) ? at : null, "hover");
+    canvas.hidden = points.length < 2;
+    if (points.length < 2) {
+      fill(
+        summary,
+        path.corners.length === 0
+          ? "Click on the ground where the profile begins."
+          : "Click where it goes on. Enter or a double click ends.",
+      );
+      return;
+    }
+    const climb = climbOf(points);
+    const length = points.at(-1)?.distance ?? 0;
+    const whole = `${formatDistance(length)} on the map, ${formatDistance(lengthOverGround(points))} over the ground · ${formatNumber(climb.lowest?.height ?? NaN)} to ${formatNumber(climb.highest?.height ?? NaN)} m · ${formatNumber(climb.up)} m up, ${formatNumber(climb.down)} m down · steepest ${formatNumber(climb.steepest)}°`;
+    canvas.setAttribute("aria-label", `Profile: ${whole}. Arrow keys move along it.`);
+    fill(
+      summary,
+      at
+        ? `${formatDistance(at.distance)}: ${Number.isFinite(at.height) ? `${formatHeight(at.height, at.error)} ${formatError(at.error)}` : "no ground"} · E ${formatNumber(at.easting)} N ${formatNumber(at.northing)}`
+        : whole,
+    );
+  };
+  const paint = (): void => draw(canvas, (context, width, height, color) => paintProfile(context, width, height, color, points, hovered));
+
+  const hover = (index: number | null): void => {
+    hovered = index;
+    paint();
+    tell();
+  };
+  const point = (event: PointerEvent): void => {
+    const inner = canvas.clientWidth - kMargin.left - kMargin.right;
+    const share = Math.min(Math.max((event.offsetX - kMargin.left) / Math.max(inner, 1), 0), 1);
+    if (points.length > 1) hover(Math.round(share * (points.length - 1)));
+  };
+  canvas.addEventListener("pointermove", point);
+  canvas.addEventListener("pointerdown", point);
+  canvas.addEventListener("pointerleave", (event) => {
+    if (event.pointerType !== "touch") hover(null);
+  });
+  canvas.addEventListener("keydown", (event) => {
+    const step = { ArrowLeft: -1, ArrowRight: 1, PageDown: 32, PageUp: -32 }[event.key];
+    if (step === undefined || points.length < 2) return;
+    event.preventDefault();
+    event.stopPropagation();
+    hover(Math.min(Math.max((hovered ?? 0) + step * (event.shiftKey ? 10 : 1), 0), points.length - 1));
+  });
+
+  const path = new Path(app, "profile", { color: "#4cc9f0", widthPixels: 3 }, () => show());
+  const stop = whenFiner(app, show);
+  const resizes = new ResizeObserver(paint);
+  resizes.observe(canvas);
+  if (given.length >= 2) path.take(given);
+  else show();
+  return {
+    body: el("div", { class: "profile" }, summary, canvas, pathButtons(app, path)),
+    close: () => {
+      stop();
+      resizes.disconnect();
+      overlay.setMark("profile-hover", null);
+      path.close();
+    },
+  };
+}
 
 /** Steps of 1, 2 or 5 that make about so many labels. */
 function niceStep(span: number, labels: number): number {
@@ -92,7 +111,14 @@ function niceStep(span: number, labels: number): number {
   return ([1, 2, 5, 10].find((step) => step * power >= rough) ?? 10) * power;
 }
 
-function paintProfile(context: CanvasRenderingContext2D, width: number, height: number, color: (name: string) => string, points: readonly ProfilePoint[], hovered: number | null): void {
+function paintProfile(
+  context: CanvasRenderingContext2D,
+  width: number,
+  height: number,
+  color: (name: string) => string,
+  points: readonly ProfilePoint[],
+  hovered: number | null,
+): void {
   const heights = points.filter((each) => Number.isFinite(each.height));
   const length = points.at(-1)?.distance ?? 0;
   if (heights.length < 2 || !(length > 0)) return;

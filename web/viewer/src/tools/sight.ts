@@ -37,34 +37,70 @@ export const sightTool: Panel = {
       const sight = viewer.lineOfSight({ ...eye, above: above.eye }, { ...target, above: above.target });
       const distance = (a: Place, b: Place): number => Math.hypot(a.easting - b.easting, a.northing - b.northing) * dataset.metersPerUnit;
       const blockedAt = sight.visible ? null : sight.blockedAt;
-      viewer.setLine("sight/free", { points: [eye, blockedAt ?? target], color: sight.visible || blockedAt ? kFree : kBlocked, widthPixels: 4 });
+      viewer.setLine("sight/free", {
+        points: [eye, blockedAt ?? target],
+        color: sight.visible || blockedAt ? kFree : kBlocked,
+        widthPixels: 4,
+      });
       if (blockedAt) {
         viewer.setLine("sight/blocked", { points: [blockedAt, target], color: kBlocked, widthPixels: 4 });
         overlay.setMark("sight-blocked", blockedAt, "blocked", "hidden from here on");
       }
       const whole = distance(eye, target);
-      fill(results,
-        el("p", { class: `verdict ${sight.visible ? "is-good" : "is-bad"}` }, icon(sight.visible ? "check" : "close"), sight.visible ? "It is seen." : "It is hidden by the ground."),
+      fill(
+        results,
+        el(
+          "p",
+          { class: `verdict ${sight.visible ? "is-good" : "is-bad"}` },
+          icon(sight.visible ? "check" : "close"),
+          sight.visible ? "It is seen." : "It is hidden by the ground.",
+        ),
         resultRow("Distance", formatDistance(whole)),
         blockedAt ? resultRow("Hidden after", formatDistance(distance(eye, blockedAt))) : null,
         blockedAt ? resultRow("By ground at", `${formatNumber(blockedAt.height)} m`) : null,
-        resultRow("Clearance", `${formatNumber(sight.clearance, 1)} m`, "The least height of the line above the ground; negative where the ground stands above it"),
-        el("p", { class: "faint" }, `Over the ground that is here, whose heights are ± ${formatNumber(dataset.maxErrorMeters, 2)} m where all has come. Without the earth’s curvature.`));
+        resultRow(
+          "Clearance",
+          `${formatNumber(sight.clearance, 1)} m`,
+          "The least height of the line above the ground; negative where the ground stands above it",
+        ),
+        el(
+          "p",
+          { class: "faint" },
+          `Over the ground that is here, whose heights are ± ${formatNumber(dataset.maxErrorMeters, 2)} m where all has come. Without the earth’s curvature.`,
+        ),
+      );
     };
     const path = new Path(app, "sight", { color: "#00000000", widthPixels: 1 }, () => show(), undefined, 2);
     const input = (label: string, which: "eye" | "target"): HTMLElement => {
-      const field = el("input", { type: "number", min: 0, max: 10000, step: 0.1, value: above[which], inputmode: "decimal", "data-above": which, on: { input: () => {
-        const value = Number(field.value);
-        if (!(value >= 0 && value <= 1e5)) return;
-        above[which] = value;
-        show();
-      } } });
+      const field = el("input", {
+        type: "number",
+        min: 0,
+        max: 10000,
+        step: 0.1,
+        value: above[which],
+        inputmode: "decimal",
+        "data-above": which,
+        on: {
+          input: () => {
+            const value = Number(field.value);
+            if (!(value >= 0 && value <= 1e5)) return;
+            above[which] = value;
+            show();
+          },
+        },
+      });
       return el("label", { class: "row" }, el("span", {}, label), el("span", { class: "unit" }, field, " m"));
     };
     const stop = whenFiner(app, show);
     show();
     return {
-      body: el("div", {}, results, el("div", { class: "group" }, input("Eye above the ground", "eye"), input("Target above the ground", "target")), pathButtons(app, path)),
+      body: el(
+        "div",
+        {},
+        results,
+        el("div", { class: "group" }, input("Eye above the ground", "eye"), input("Target above the ground", "target")),
+        pathButtons(app, path),
+      ),
       close: () => {
         stop();
         path.close();

@@ -99,8 +99,8 @@ class TerrainView {
   /// nobody knows, and those that turn out not to exist are passed over.
   Status setImageryLayers(const std::vector<std::string>& names);
 
-  /// The finest ground that has come, to ask questions of until the next update(). Heights are not
-  /// exaggerated.
+  /// The finest ground that has come, to ask questions of until the next update(); only when Ready. Heights
+  /// are not exaggerated.
   Surface surface() const;
   /// The height there, local metres, or nothing: no ground, or nothing is here yet.
   std::optional<double> heightAt(glm::dvec2 local) const;

@@ -45,8 +45,9 @@ struct Workarounds {
   bool noTimerQuery = false;
   /// A call draws one range of the indices: WebGL2, and OpenGL ES without EXT_multi_draw_arrays.
   bool noMultiDraw = false;
-  /// Asking for errors waits until another process has done all that it was told: browsers. Then only what
-  /// may run out of memory asks, not every frame.
+  /// Asking for errors waits until another process has done all that it was told, a quarter of a second where
+  /// it makes the textures: browsers. Then nobody asks: a browser that has no memory for textures takes the
+  /// context away, and tells the page.
   bool slowErrors = false;
 };
 
@@ -100,9 +101,10 @@ class Context {
   /// Lets the `buffer` blocks with that binding see a buffer. Desktop OpenGL only.
   void bindStorage(GLuint bindingPoint, GLuint buffer) const;
 
-  /// An error if OpenGL has reported one since the last call; `doing` says what was being done.
+  /// An error if OpenGL has reported one since the last call; `doing` says what was being done. With slowErrors
+  /// nothing is asked.
   Status checkErrors(const std::string& doing) const;
-  /// The same after each frame; with slowErrors nothing is asked.
+  /// The same after each frame.
   Status checkFrame(const std::string& doing) const;
 
  protected:

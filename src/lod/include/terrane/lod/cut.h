@@ -14,6 +14,12 @@ enum class SurfaceKind : uint8_t {
   Meshes,   ///< those of them that its bound needs: an adaptive mesh of its own (codec/mesh_level.h)
 };
 
+/// Where a patch's mesh is in the tile that it is cut out of: which mesh level, and which patch of it.
+struct MeshPlacement {
+  int level = 0;
+  int index = 0;  ///< meaningful for level <= kDeepestVertexLevel only
+};
+
 /// One patch to draw.
 struct Patch {
   Triangle triangle;         ///< in cells of the cut's lattice depth
@@ -23,6 +29,8 @@ struct Patch {
   /// How far it has become itself, 0 to 1: 0 shows the same surface as its bintree parent, 1 its own heights
   /// (docs/architecture.md, "Morphing"). The same for all patches that the split of one diamond made.
   float morph = 1.0F;
+  MeshPlacement mesh{};    ///< for SurfaceKind::Meshes
+  uint32_t triangles = 0;  ///< of that mesh
 };
 
 /// A tile that would improve the picture if it were here, and by how much it matters. All numbers are finite.

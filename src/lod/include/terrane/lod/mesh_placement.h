@@ -7,11 +7,7 @@
 
 namespace terrane {
 
-/// Where a patch's mesh is in the tile that it is cut out of: which mesh level, and which patch of it.
-struct MeshPlacement {
-  int level = 0;
-  int index = 0;  ///< meaningful for level <= kDeepestVertexLevel only
-};
+/// The placement of a patch's mesh in a tile.
 inline MeshPlacement meshPlacement(const Lattice& lattice, const Triangle& triangle, TileId tile) {
   const int shift = lattice.depth() - tile.level;
   const auto local = [&](LatticePoint p) {
@@ -22,7 +18,7 @@ inline MeshPlacement meshPlacement(const Lattice& lattice, const Triangle& trian
   return {level, patchIndex(level, local(triangle.diamond.center()), local(triangle.apex))};
 }
 
-/// Triangles that a cut is made of, whichever its surface; its tiles and meshes must be there.
-int64_t triangleCount(const Cut& cut, const ResidentTiles& tiles);
+/// Triangles that a cut is made of, whichever its surface.
+int64_t triangleCount(const Cut& cut);
 
 }  // namespace terrane

@@ -62,6 +62,10 @@ class ScreenMetric {
   glm::dvec2 cellMeters_;
   double nearMeters_;
   double pixelsPerTangent_;
+  glm::dvec3
+      viewOfCellX_;  ///< a step of one cell along lattice x, y and of one metre up, in view coordinates
+  glm::dvec3 viewOfCellY_;
+  glm::dvec3 viewOfUp_;
   glm::dvec2 window_;    ///< half-size of the widened window in the tangent plane
   double cornerCosine_;  ///< cosine of the angle between the axis and the widened window's corner
   struct Plane {
