@@ -202,6 +202,7 @@ Status run(const std::vector<std::string>& given) {
       if (name == "available") {
         debt = report.debtPixelSeconds;
         worst.add("frames_until_used", report.framesUntilUsed);
+        worst.add("debt", debt);
       }
       if (name == "progressive" && debt >= 0.0)
         worst.add("debt_vs_progressive", debt / report.debtPixelSeconds);
@@ -217,6 +218,7 @@ Status run(const std::vector<std::string>& given) {
   for (const auto& [name, unit, most] : std::initializer_list<std::tuple<const char*, const char*, double>>{
            {"cracks", "pixels", 0.0},
            {"frames_until_used", "frames", 2.0},
+           {"debt", "px s", 3400.0},
            {"debt_vs_progressive", "", 0.7},
            {"debt_vs_all_at_once", "", 0.5},
            {"teleport_p999_px", "px", 8.0},

@@ -1,6 +1,7 @@
 #include "terrane/engine/terrain_view.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -21,7 +22,7 @@ namespace {
 
 /// Guessed descendants that are wished for along.
 constexpr size_t kMostPredicted = 400;
-/// What is ahead, and around, is looked at so often.
+/// What is ahead, farther ahead and around is looked at so often each.
 constexpr double kPrefetchSeconds = 0.15;
 constexpr double kLeastAheadSeconds = 0.5, kMostAheadSeconds = 1.5;
 constexpr double kAheadChance = 0.5;
@@ -204,7 +205,7 @@ class TerrainView::State {
     else
       wishForSet(camera, selection, wishes);
     imagery_->addWishes(wishes);
-    if (options_.prefetch && options_.policy == StreamPolicy::Available) addPrefetch(nowSeconds, wishes);
+    if (options_.prefetch && options_.policy == StreamPolicy::Available) addPrefetch(wishes);
     stream_.want(wishes);
     const std::vector<TileId> held = tiles_->tiles();
     stream_.hold(held);
@@ -236,33 +237,41 @@ class TerrainView::State {
         order_.push_back(wish.tile);
       }
     }
-    if (!options_.prefetch || nowSeconds < nextPrefetchSeconds_) return;
-
-    // Ahead, where the camera will be when answers come; farther ahead, so that much can come together; and
-    // where nothing is missing there, around it, for turns.
-    nextPrefetchSeconds_ = nowSeconds + kPrefetchSeconds;
-    prefetch_.clear();
-    ahead_ = forecast_.ahead(
-        std::clamp(3.0 * stream_.statistics().latencySeconds, kLeastAheadSeconds, kMostAheadSeconds));
-    farAhead_ = forecast_.ahead(kFarAheadSeconds);
-    if (ahead_) prefetchFor(*ahead_, selection, kAheadChance);
-    if (farAhead_) prefetchFor(*farAhead_, selection, kFarAheadChance);
-    if (!prefetch_.empty()) return;
-    PatchSelection around = selection;
-    around.cull = false;
-    around.tolerancePixels *= kAroundTauFactor;
-    prefetchFor(camera, around, kAroundChance);
+    if (options_.prefetch && nowSeconds >= nextPrefetchSeconds_) look(camera, selection, nowSeconds);
   }
 
-  void prefetchFor(const Camera& camera, const PatchSelection& selection, double chance) {
+  /// What will be wished for: ahead, where the camera will be when answers come; farther ahead, so that much
+  /// can come together; and around it, for turns. One of them at a time, as each takes as long as choosing.
+  void look(const Camera& camera, const PatchSelection& selection, double nowSeconds) {
+    nextPrefetchSeconds_ = nowSeconds + kPrefetchSeconds / kLooks;
+    lastLook_ = (lastLook_ + 1) % kLooks;
+    std::vector<StreamWish>& out = prefetch_[static_cast<size_t>(lastLook_)];
+    out.clear();
+    if (lastLook_ == kAhead) {
+      ahead_ = forecast_.ahead(
+          std::clamp(3.0 * stream_.statistics().latencySeconds, kLeastAheadSeconds, kMostAheadSeconds));
+      if (ahead_) prefetchFor(*ahead_, selection, kAheadChance, out);
+    } else if (lastLook_ == kFarAhead) {
+      farAhead_ = forecast_.ahead(kFarAheadSeconds);
+      if (farAhead_) prefetchFor(*farAhead_, selection, kFarAheadChance, out);
+    } else {
+      PatchSelection around = selection;
+      around.cull = false;
+      around.tolerancePixels *= kAroundTauFactor;
+      prefetchFor(camera, around, kAroundChance, out);
+    }
+  }
+
+  void prefetchFor(const Camera& camera, const PatchSelection& selection, double chance,
+                   std::vector<StreamWish>& out) {
     const Manifest& manifest = stream_.manifest();
     for (const TileWish& wish :
          selectPatches(selection, manifest.frame, manifest.scale, camera, *tiles_).wishes)
-      prefetch_.push_back(wishFor(wish, selection.tolerancePixels, chance));
+      out.push_back(wishFor(wish, selection.tolerancePixels, chance));
   }
 
-  void addPrefetch(double, std::vector<StreamWish>& wishes) {
-    wishes.insert(wishes.end(), prefetch_.begin(), prefetch_.end());
+  void addPrefetch(std::vector<StreamWish>& wishes) {
+    for (const auto& look : prefetch_) wishes.insert(wishes.end(), look.begin(), look.end());
     if (ahead_)
       imagery_->addPrefetch(*ahead_, options_.selection.exaggeration, *tiles_, kAheadChance, wishes);
     if (farAhead_)
@@ -305,7 +314,10 @@ class TerrainView::State {
   MorphHistory history_;
   CameraForecast forecast_;
   std::optional<Camera> ahead_, farAhead_;
-  std::vector<StreamWish> prefetch_;
+  enum Look : uint8_t { kAhead, kFarAhead, kAround };
+  static constexpr int kLooks = 3;
+  std::array<std::vector<StreamWish>, kLooks> prefetch_;
+  int lastLook_ = kAround;
   std::vector<TileId> order_ = {TileId{}};  ///< wished tiles, as the last choice had them
   uint64_t frame_ = 0;
   uint64_t chosenFrame_ = 0;  ///< of the last choice: what it draws from stays

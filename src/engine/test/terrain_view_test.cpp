@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <set>
 
 #include "function_source.h"
@@ -212,6 +213,31 @@ TEST_F(TerrainViewTest, OverAThinLineSomethingIsSeenAtOnceAndAllOfItInTheEnd) {
   const auto expected = (*terrain)->selectAndLoad(camera, {});
   ASSERT_TRUE(expected.ok());
   EXPECT_EQ(patchesOf(seen.view->cut()), patchesOf(*expected));
+}
+
+TEST_F(TerrainViewTest, ATurnShowsWhatCameBeforeWhileFlyingAhead) {
+  // Low and straight ahead, then round at once.
+  const auto flown = [](bool prefetch) {
+    ViewOptions options;
+    options.prefetch = prefetch;
+    Seen seen = see(options, {1e5, 0.05});
+    const auto at = [](double seconds, double ahead) {
+      return cameraAt(8000.0 + 300.0 * seconds, -11000.0 + 180.0 * seconds, 120.0, ahead);
+    };
+    seen.settle(at(0.0, 4000.0));
+    const double begun = seen.now;
+    while (seen.now < begun + 4.0) seen.update(at(seen.now - begun, 4000.0));
+    double debt = 0.0;
+    for (int i = 0; i < 15; ++i) {
+      seen.update(at(4.0, -4000.0));
+      debt += seen.view->report().stream.debt;
+    }
+    return debt;
+  };
+  const double with = flown(true), without = flown(false);
+  std::printf("debt after the turn %.4g, without fetching ahead %.4g\n", with, without);
+  EXPECT_GT(without, 1e5);
+  EXPECT_LT(with, 0.2 * without);
 }
 
 TEST_F(TerrainViewTest, OtherPoliciesArriveAtTheSamePicture) {

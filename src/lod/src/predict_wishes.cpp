@@ -51,9 +51,7 @@ class Predictor {
     for (const TileWish& wish : wishes) guessBelow(whatIsKnown(wish));
     // Where meshes are still to be made, or to fade in, nothing is wished for yet. But as no mesh states less
     // than its level's bound, which of all tiles will be wished for is known well enough without them.
-    constexpr float kUnknown = std::numeric_limits<float>::infinity();
-    if (selection_.surface == SurfaceKind::Meshes && tiles_.find(TileId{}) != nullptr)
-      guessBelow(whatIsKnown({TileId{}, kUnknown, kUnknown, 1.0F}));
+    if (selection_.surface == SurfaceKind::Meshes && tiles_.find(TileId{}) != nullptr) guessBelow(Guess{});
     std::vector<TileWish> out;
     while (!open_.empty() && out.size() < most) {
       const Guess guess = open_.top();
@@ -100,7 +98,7 @@ class Predictor {
       if (tiles_.find(guess.tile) == nullptr)
         open_.push(guess);
       else if (selection_.surface == SurfaceKind::Meshes)
-        guessBelow(whatIsKnown({guess.tile, static_cast<float>(guess.errorPixels), 0.0F, 1.0F}));
+        guessBelow(guess);
     }
   }
 

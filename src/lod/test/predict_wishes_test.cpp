@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <cstdio>
+#include <glm/geometric.hpp>
 
 #include "fake_world.h"
+#include "terrane/codec/mesh_level.h"
 #include "terrane/lod/screen_metric.h"
 
 namespace terrane {
@@ -119,6 +121,89 @@ TEST(PredictWishes, CoversMostOfWhatIsWishedLater) {
               wished, covered, used);
   EXPECT_GE(covered, 0.8);
   EXPECT_GE(used, 0.5);
+}
+
+/// Flat ground at height 0 of which no tile says that it has an error: what is wished for, meshes' bounds
+/// ask.
+FakeWorld smoothWorld(int finestLevel) {
+  FakeWorld world(finestLevel, 1);
+  const auto ground = static_cast<uint16_t>(-world.scale.rangeBase / world.scale.rangeUnit);
+  for (auto& [id, tile] : world.tiles)
+    for (ChildSummary& child : tile.children) child.error = 0, child.low = child.high = ground;
+  return world;
+}
+
+std::set<TileId> guessOverMeshes(const FakeWorld& world, const std::set<TileId>& resident,
+                                 const Camera& camera, SurfaceKind surface) {
+  PatchSelection selection;
+  selection.surface = surface;
+  selection.texelPixels = 1e9;
+  std::set<TileId> out;
+  // Nothing is wished for: no mesh is made yet.
+  for (const TileWish& wish : predictWishes(
+           {}, selection, world.frame, world.scale, camera, FakeResidents(world, resident),
+           [](TileId) { return true; }, 10000))
+    EXPECT_TRUE(out.insert(wish.tile).second) << toString(wish.tile) << " twice";
+  return out;
+}
+
+TEST(PredictWishes, KnowsOfMeshesFromTheRootOnWhatTheirBoundsWillAskFor) {
+  size_t needed = 0, guessed = 0;
+  const FakeWorld world = smoothWorld(4);
+  const MeshScale scale = MeshScale::of(world.frame);
+  std::mt19937 random(3);
+  for (int view = 0; view < 40; ++view) {
+    const Camera camera = randomCamera(random, world);
+    const std::set<TileId> guesses = guessOverMeshes(world, {TileId{}}, camera, SurfaceKind::Meshes);
+    EXPECT_TRUE(guessOverMeshes(world, {TileId{}}, camera, SurfaceKind::Patches).empty());
+    EXPECT_TRUE(guessOverMeshes(world, {}, camera, SurfaceKind::Meshes).empty());
+
+    // The ground in every eighth pixel: where the bound above a tile's meshes is a pixel or more, the tile.
+    std::set<TileId> seen;
+    for (int y = 4; y < camera.height; y += 8) {
+      for (int x = 4; x < camera.width; x += 8) {
+        const glm::dvec3 ray = camera.rayThroughPixel({x, y});
+        if (ray.z >= -1e-6) continue;
+        const glm::dvec3 ground = camera.eyeLocal + ray * (-camera.eyeLocal.z / ray.z);
+        const glm::dvec2 sample = world.frame.sampleFromLocal({ground.x, ground.y});
+        const auto side = static_cast<double>(world.frame.worldCells());
+        if (sample.x < 0.0 || sample.y < 0.0 || sample.x >= side || sample.y >= side) continue;
+        // A vertical metre there, in pixels.
+        const double up = 1e-3;
+        const double metre = glm::distance(camera.pixelFromLocal(ground),
+                                           camera.pixelFromLocal(ground + glm::dvec3(0, 0, up))) /
+                             up;
+        for (int level = 1; level <= world.finestLevel; ++level) {
+          const double bound = scale.boundMeters(scale.lastOwnLevel() + 2 * (level - 1));
+          if (bound * metre <= 1.001) break;
+          const double cells = std::exp2(world.finestLevel - level) * kTileCells;
+          seen.insert({level, static_cast<int>(sample.x / cells), static_cast<int>(sample.y / cells)});
+        }
+      }
+    }
+    for (const TileId id : seen) EXPECT_EQ(guesses.count(id), 1U) << toString(id) << " in view " << view;
+    needed += seen.size();
+    guessed += guesses.size();
+  }
+  std::printf("%zu tiles needed, %zu named\n", needed, guessed);
+  EXPECT_GT(needed, 1000U);
+  EXPECT_LE(static_cast<double>(guessed), 2.0 * static_cast<double>(needed));
+}
+
+TEST(PredictWishes, NamesTheSameTilesOfMeshesWhicheverAreHere) {
+  const FakeWorld world = smoothWorld(4);
+  std::mt19937 random(8);
+  size_t here = 0;
+  for (int view = 0; view < 40; ++view) {
+    const Camera camera = randomCamera(random, world);
+    std::set<TileId> expected = guessOverMeshes(world, {TileId{}}, camera, SurfaceKind::Meshes);
+    std::set<TileId> resident = {TileId{}};
+    for (const TileId id : FakeWorld::allTiles(4))
+      if (!id.isRoot() && resident.count(id.parent()) != 0 && random() % 2 != 0) resident.insert(id);
+    for (const TileId id : resident) here += expected.erase(id);
+    EXPECT_EQ(guessOverMeshes(world, resident, camera, SurfaceKind::Meshes), expected);
+  }
+  EXPECT_GT(here, 100U);
 }
 
 }  // namespace

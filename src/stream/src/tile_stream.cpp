@@ -37,12 +37,14 @@ constexpr double kThinBytesPerSecond = 32e3;
 constexpr double kQuickBytesPerSecond = 2.0 * kThinBytesPerSecond;
 /// Groups are the tiles so many levels below one tile: sixteen that lie together in the archive.
 constexpr int kGroupLevels = 2;
+/// Where so much of a group is here or wanted, the rest of it may come along.
+constexpr double kGroupShare = 0.4;
 /// For so long a request may have the line: what is urgent by then waits for it.
 constexpr double kHoldSeconds = 0.2;
 /// Bytes that nobody wants and a request that brings as many are worth the same: the line's for so long.
 constexpr double kGapSeconds = 0.004;
 /// What may wait does so until a request would have the line for so long, but no longer than that.
-constexpr double kWorthStartingSeconds = 0.02;
+constexpr double kWorthStartingSeconds = 0.03;
 constexpr double kLongestWaitSeconds = 2.0;
 /// Wishes with less chance than that are for later.
 constexpr double kSoonChance = 0.4;
@@ -616,8 +618,8 @@ class TileStream::State {
     return !underway_.empty() && waited < line_.latencySeconds();
   }
 
-  /// Tiles of one group lie together in the archive. Where half of a group is here or wanted, the rest of it
-  /// may come along: it will most likely be wanted next, and by itself each tile would take a request.
+  /// Tiles of one group lie together in the archive. Where enough of a group is here or wanted, the rest of
+  /// it may come along: it will most likely be wanted next, and by itself each tile would take a request.
   void addGroups(std::vector<FetchCandidate>& candidates, std::vector<TileKey>& keys,
                  std::vector<Missing>& missing) {
     std::set<TileKey> groups;
@@ -644,7 +646,7 @@ class TileStream::State {
         else if (entry == nullptr || (entry->failures == 0 && !entry->lost))
           others.emplace_back(key, found.place);
       }
-      if (2 * known < stored) continue;
+      if (known < kGroupShare * stored) continue;
       for (const auto& [key, place] : others) {
         candidates.push_back({Archives::fileOf(key), place.offset, place.bytes, 0.0, false, true, true});
         keys.push_back(key);
