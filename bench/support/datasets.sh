@@ -62,3 +62,15 @@ usual_datasets() {
   real_dataset california california_3s/california_nevada_3s.tif 13
   synthetic_dataset demo 2049 1
 }
+
+# The three with which the flight of pages is flown, two of them with their pictures.
+page_datasets() {
+  local demo
+  demo=$(demo_4097)
+  bench_dataset demo_web "$demo.tif" --max-error 1 --imagery "${demo}_color.tif"
+  if [[ -f $real_data/california_3s/california_nevada_3s.tif ]]; then
+    bench_dataset california_pictured "$real_data/california_3s/california_nevada_3s.tif" \
+      --imagery "$real_data/california_3s/bluemarble_z8_3857.tif"
+  fi
+  real_dataset moon moon_gld100_4096/moon_gld100_4096.tif 14
+}
