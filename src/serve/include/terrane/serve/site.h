@@ -12,9 +12,9 @@
 namespace terrane::serve {
 
 struct SiteOptions {
-  std::vector<std::string> datasets;          ///< directories
-  std::string corsOrigin;                     ///< "*", one origin, or empty for none
-  std::string viewerFolder;             ///< the viewer's files, read at the start; empty: a plain page instead
+  std::vector<std::string> datasets;  ///< directories
+  std::string corsOrigin;             ///< "*", one origin, or empty for none
+  std::string viewerFolder;           ///< the viewer's files, read at the start; empty: a plain page instead
   uint64_t cacheBytes = uint64_t{256} << 20;  ///< decoded tiles for questions, all datasets together
 };
 
