@@ -41,6 +41,7 @@ void ViewImagery::setShown(bool shown) {
 void ViewImagery::setLayers(const std::vector<std::string>& names) {
   const auto& known = stream_.manifest().imagery;
   std::vector<bool> wanted;
+  wanted.reserve(known.size());
   for (const ImageryLayerRecord& layer : known)
     wanted.push_back(std::find(names.begin(), names.end(), layer.name) != names.end());
   if (wanted == layers_) return;

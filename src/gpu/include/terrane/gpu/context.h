@@ -101,8 +101,8 @@ class Context {
   /// Lets the `buffer` blocks with that binding see a buffer. Desktop OpenGL only.
   void bindStorage(GLuint bindingPoint, GLuint buffer) const;
 
-  /// An error if OpenGL has reported one since the last call; `doing` says what was being done. With slowErrors
-  /// nothing is asked.
+  /// An error if OpenGL has reported one since the last call; `doing` says what was being done. With
+  /// slowErrors nothing is asked.
   Status checkErrors(const std::string& doing) const;
   /// The same after each frame.
   Status checkFrame(const std::string& doing) const;
