@@ -30,7 +30,7 @@ const kLimits: Record<Profile, EngineLimits> = {
     pictureMegabytes: 16,
     gpuGeometryMegabytes: 48,
     gpuTextureMegabytes: 96,
-    uploadMegabytesAFrame: 1,
+    uploadMegabytesAFrame: 2,
   },
 };
 
