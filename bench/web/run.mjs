@@ -9,6 +9,7 @@
 import fs from "node:fs";
 import http from "node:http";
 import path from "node:path";
+import { fileURLToPath } from "node:url";
 import zlib from "node:zlib";
 
 import { chromium } from "playwright-core";
@@ -18,6 +19,7 @@ const TYPES = { ".html": "text/html", ".js": "text/javascript", ".json": "applic
 const FLAGS = ["--no-sandbox", "--no-first-run", "--disable-quic", "--disable-background-networking", "--disable-component-update",
   "--disable-sync", "--disable-dev-shm-usage", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"];
 const PATIENCE_SECONDS = 120;
+const PAGES = fileURLToPath(new URL("pages", import.meta.url));
 
 /** Serves folders, compressed as a web server would: text and code by gzip, tiles as they lie. Answers the port. */
 function serve(folders) {
@@ -114,8 +116,8 @@ async function run(job) {
     await cdp.send("Network.setCacheDisabled", { cacheDisabled: false });
     await cdp.send("Network.emulateNetworkConditions", { offline: false, latency: job.latencyMilliseconds,
       downloadThroughput: job.bytesPerSecond, uploadThroughput: job.bytesPerSecond });
-    await page.addInitScript({ path: path.join(import.meta.dirname, "pages/measure.js") });
-    await page.addInitScript({ path: path.join(import.meta.dirname, "pages/cracks.js") });
+    await page.addInitScript({ path: path.join(PAGES, "measure.js") });
+    await page.addInitScript({ path: path.join(PAGES, "cracks.js") });
     if (job.countsCracks) await page.addInitScript(() => window.cracks.paintSky());
     const shots = [];
     await page.exposeFunction("takeShot", (shot) => { shots.push(shot); });
