@@ -18,8 +18,6 @@ export interface EngineOptions {
 }
 
 export interface Engine {
-  /** Ends the workers. */
-  dispose?(): void;
   View: new (canvas: HTMLCanvasElement, datasetUrl: string, limits: EngineLimits) => EngineView;
 }
 

@@ -185,7 +185,6 @@ class TerraneViewer implements Viewer {
     this.resizes.disconnect();
     this.native?.delete();
     this.native = null;
-    this.engine?.dispose?.();
     this.engine = null;
     this.events.clear();
     if (this.info === null)
