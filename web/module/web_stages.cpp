@@ -13,7 +13,6 @@ constexpr size_t kLineNumbers = 7;
 }  // namespace
 
 void WebView::setLines(const emscripten::val& corners, const emscripten::val& lines) {
-  if (!view_) return;
   const auto places = emscripten::convertJSArrayToNumberVector<double>(corners);
   const auto numbers = emscripten::convertJSArrayToNumberVector<float>(lines);
   lines_.clear();
@@ -34,7 +33,7 @@ void WebView::setLines(const emscripten::val& corners, const emscripten::val& li
 
 std::string WebView::setPass(const std::string& name, const std::string& fragment, double originEast,
                              double originNorth, double originHeight) {
-  if (!view_) return problem_;
+  if (!renderer_) return problem_.empty() ? "there is no canvas to draw on" : problem_;
   const WantedPass pass{name, fragment, {originEast, originNorth, originHeight}};
   if (isReady()) return givePass(pass);
   // What is wrong with it is told at once; its origin is set when the dataset is open.
@@ -54,10 +53,10 @@ std::string WebView::givePass(const WantedPass& pass) {
 }
 
 void WebView::removePass(const std::string& name) {
-  if (!view_) return;
   passes_.erase(std::remove_if(passes_.begin(), passes_.end(),
                                [&](const WantedPass& pass) { return pass.name == name; }),
                 passes_.end());
+  if (!renderer_) return;
   context_->makeCurrent();
   renderer_->removePass(name);
   view_->requestRender();
@@ -65,7 +64,7 @@ void WebView::removePass(const std::string& name) {
 
 void WebView::setPassUniform(const std::string& name, const std::string& uniform,
                              const emscripten::val& values) {
-  if (!view_) return;
+  if (!renderer_) return;
   context_->makeCurrent();
   const auto numbers = emscripten::convertJSArrayToNumberVector<float>(values);
   // note: a uniform that the pass does not have is the page's mistake, and no reason to stop drawing.
@@ -74,7 +73,7 @@ void WebView::setPassUniform(const std::string& name, const std::string& uniform
 }
 
 void WebView::giveStages() {
-  if (!isReady()) return;
+  if (!isReady() || !renderer_) return;
   for (const WantedPass& pass : std::exchange(passes_, {})) {
     const glm::dvec3 origin = view_->manifest().frame.localFromCrs(pass.originCrs);
     renderer_->movePass(pass.name, origin);

@@ -75,17 +75,21 @@ struct WebReport {
   double workers = 0.0;
 };
 
-/// A view of one dataset on one canvas, as pages have it. web/package/src/engine.ts says what each function
-/// does; bindings.cpp binds them.
+/// A view of one dataset, as pages have it: on one canvas at a time. web/package/src/engine.ts says what each
+/// function does; bindings.cpp binds them.
 class WebView {
  public:
-  WebView(emscripten::val canvas, const std::string& url, const WebLimits& limits);
+  WebView(const std::string& url, const WebLimits& limits);
+
+  void open();
+  void attach(emscripten::val canvas);
+  void detach();
 
   std::string problem() const { return problem_; }
   std::string trouble() const;
   std::string rendererName() const { return context_ ? context_->rendererName() : std::string(); }
-  bool isReady() const { return view_ && view_->phase() == StreamPhase::Ready; }
-  bool isSettled() const { return view_ && view_->isSettled() && workers_.isIdle(); }
+  bool isReady() const { return view_->phase() == StreamPhase::Ready; }
+  bool isSettled() const { return view_->isSettled() && workers_.isIdle(); }
   std::string datasetJson() const;
 
   void setSize(int width, int height);

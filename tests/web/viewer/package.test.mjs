@@ -48,6 +48,8 @@ after(async () => {
 
 async function openPage() {
   const page = await newPage(browser);
+  page.asked = [];
+  page.on("request", (request) => page.asked.push(new URL(request.url()).pathname));
   await page.goto(address);
   await page.evaluate(() => window.terraneViewer.ready);
   await page.waitForFunction(() => window.terraneViewer.isSettled, null, { timeout: kPatience });
@@ -58,6 +60,10 @@ test("the packed package draws in a page of another origin, decoding in workers"
   const page = await openPage();
   const { triangles, renderer } = await page.evaluate(() => window.terraneViewer.statistics());
   assert.ok(triangles > 100 && renderer !== "");
+  // It is asked for before the engine has come, and the engine takes that answer.
+  const manifest = page.asked.findIndex((path) => path.endsWith("/manifest.json"));
+  assert.equal(page.asked.filter((path) => path.endsWith("/manifest.json")).length, 1);
+  assert.ok(manifest < page.asked.findIndex((path) => path.endsWith("/elevation.pmtiles")));
   assert.ok(page.workers().length > 0, "no worker");
   assert.deepEqual(page.errors, []);
   await page.evaluate(() => window.terraneViewer.dispose());
@@ -113,4 +119,16 @@ test("a pass that does not compile is refused with the compiler's words, and not
   const triangles = await page.evaluate(async () => (await window.terraneViewer.screenshot(), window.terraneViewer.statistics().triangles));
   assert.ok(triangles > 100);
   await page.context().close();
+});
+
+test("the manifest is asked for early where the engine will look for it", async () => {
+  const { manifestUrl } = await import(join(kRoot, "web/package/dist/early.js"));
+  for (const [dataset, url] of [
+    ["https://host/alps.terrane", "https://host/alps.terrane/manifest.json"],
+    ["https://host/alps.terrane//", "https://host/alps.terrane/manifest.json"],
+    ["https://host/alps.terrane/manifest.json", "https://host/alps.terrane/manifest.json"],
+    ["https://host/alps.terrane/?key=a/b#here", "https://host/alps.terrane/manifest.json?key=a/b"],
+  ]) {
+    assert.equal(manifestUrl(dataset), url);
+  }
 });

@@ -11,14 +11,25 @@ export type MakeEngine = (options: EngineOptions) => Promise<Engine>;
 export interface EngineOptions {
   /** Where terrane.wasm is; absent: beside terrane.mjs. */
   locateFile?(name: string): string;
-  /** Makes a worker that runs `terrane_worker.mjs`'s jobs; absent, or where it throws: the engine decodes between frames. */
+  /** Gives a worker that runs `terrane_worker.mjs`'s jobs; absent, or where it throws: the engine decodes between frames. */
   makeWorker?(): Worker;
   /** How many of them. */
   workerCount?: number;
+  /** What was asked for before the engine was there, by address: `askEarly()`. Each answer is taken once. */
+  early?: Map<string, Promise<EarlyAnswer | null>>;
+}
+
+/** A whole answer, and how long it took. */
+export interface EarlyAnswer {
+  status: number;
+  headers: Headers;
+  bytes: Uint8Array;
+  seconds: number;
 }
 
 export interface Engine {
-  View: new (canvas: HTMLCanvasElement, datasetUrl: string, limits: EngineLimits) => EngineView;
+  /** Asks for the dataset's beginning at once. */
+  View: new (datasetUrl: string, limits: EngineLimits) => EngineView;
 }
 
 /** What a view may take. Megabytes are of 2^20 bytes. */
@@ -85,6 +96,13 @@ export interface EngineReport {
 
 export interface EngineView {
   delete(): void;
+
+  /** Takes in what has come of the dataset's beginning, and asks for what follows, as a frame does. */
+  open(): void;
+  /** Draws on this canvas from now on; why it cannot, `problem()` tells. What is decoded stays. */
+  attach(canvas: HTMLCanvasElement): void;
+  /** Draws on none, as when its context is lost: lines and stages are forgotten. */
+  detach(): void;
 
   /** Why nothing more will be drawn; empty while all is well. */
   problem(): string;
