@@ -110,7 +110,7 @@ class WebView {
   emscripten::val pick(double x, double y);
   emscripten::val profile(const emscripten::val& corners, double count);
   emscripten::val lineOfSight(double fromEast, double fromNorth, double fromAboveGround, double toEast,
-                              double toNorth, double toAboveGround);
+                              double toNorth, double toAboveGround, double refraction);
 
   // Lines on the ground, and stages of the page's own: web_stages.cpp.
   void setLines(const emscripten::val& corners, const emscripten::val& lines);

@@ -193,7 +193,7 @@ test("line of sight: seen and hidden as the server has it, with where the ground
     const a = await clickGround(page, ...from);
     const b = await clickGround(page, ...to);
     await page.locator(".verdict").waitFor();
-    const told = await server.ask(`/d/hills/line-of-sight?from=${pair(a)}&to=${pair(b)}&eye=1.7&target=30`);
+    const told = await server.ask(`/d/hills/line-of-sight?from=${pair(a)}&to=${pair(b)}&eye=1.7&target=30&curvature=true&refraction=0.13`);
     const [result] = told.results;
     if (!result.certain) continue;
     const verdict = await text(page, ".verdict");
@@ -218,6 +218,15 @@ test("line of sight: seen and hidden as the server has it, with where the ground
   const input = page.locator("[data-above=target]");
   await input.fill("9000");
   await page.locator(".verdict.is-good").waitFor();
+  // Over a flat earth the line keeps clear of the ground by more.
+  const [from, to] = await page.evaluate(() => window.terraneViewer.lines.get("sight/free").points);
+  const clearances = await page.evaluate(
+    ([from, to]) => [{}, { refraction: 0 }, { curvature: false }].map((way) => window.terraneViewer.lineOfSight(from, to, way).clearance),
+    [from, { ...to, above: 30 }],
+  );
+  assert.ok(clearances[1] <= clearances[0] && clearances[0] < clearances[2], clearances.join());
+  await page.getByLabel("Round earth").uncheck();
+  await page.getByText("As if the earth were flat").waitFor();
   await page.keyboard.press("Escape");
   assert.deepEqual(await lineIds(), []);
 });

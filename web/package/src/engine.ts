@@ -145,11 +145,11 @@ export interface EngineView {
   /** Heights at `count` equal distances along a line of easting and northing pairs: [distance, easting, northing, height, error]
    * each. A view into the engine's memory: copy it. */
   profile(corners: Float64Array, count: number): Float64Array;
-  /** From one point above the ground to another: [is seen (1 or 0), least clearance in metres, then, where the ground hides
+  /** From one point above the ground to another, over a round earth in air of this refraction (NaN: a flat one): [is seen (1 or 0), least clearance in metres, then, where the ground hides
    * it, where it first does: easting, northing, height]. A view into the engine's memory: copy it. */
   lineOfSight(
     fromEast: number, fromNorth: number, fromAboveGround: number,
-    toEast: number, toNorth: number, toAboveGround: number,
+    toEast: number, toNorth: number, toAboveGround: number, refraction: number,
   ): Float64Array;
 
   /** Replaces all lines on the ground. `corners`: easting and northing pairs of all lines, one after the other; `lines`: for each

@@ -597,10 +597,13 @@ class TerraneViewer implements Viewer {
   lineOfSight(
     from: { easting: number; northing: number; above?: number },
     to: { easting: number; northing: number; above?: number },
+    { curvature = true, refraction = 0.13 }: { curvature?: boolean; refraction?: number } = {},
   ): Sight {
+    if (!(refraction >= 0 && refraction < 1)) throw new RangeError("The refraction is a coefficient from 0 to 1: 0.13 is usual.");
     if (this.native === null || this.info === null) throw new Error("The dataset is not open yet: await viewer.ready.");
     const [seen, clearance = NaN, easting, northing, height] = this.native.lineOfSight(
       from.easting, from.northing, from.above ?? 2, to.easting, to.northing, to.above ?? 2,
+      curvature ? refraction : NaN,
     );
     const isHidden = seen !== 1 && easting !== undefined && northing !== undefined && height !== undefined;
     return { visible: seen === 1, clearance, blockedAt: isHidden ? { easting, northing, height } : null };
