@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "terrane/engine/line_orders.h"
 #include "web_view.h"
 
 /// Lines and passes of pages. Both may come before the dataset is open; where it lies is known only then.
@@ -9,6 +10,8 @@ namespace {
 
 /// Numbers of each line in setLines(): corners, colour and opacity, width, its unit.
 constexpr size_t kLineNumbers = 7;
+/// So many are prepared in a few milliseconds.
+constexpr size_t kCornersAtOnce = 1000;
 
 }  // namespace
 
@@ -78,15 +81,28 @@ void WebView::giveStages() {
     const glm::dvec3 origin = view_->manifest().frame.localFromCrs(pass.originCrs);
     renderer_->movePass(pass.name, origin);
   }
-  if (!std::exchange(hasNewLines_, false)) return;
-  std::vector<GroundLine> lines;
+  if (const auto prepared = std::exchange(preparedLines_, nullptr)) showLines(*prepared);
+  if (arePreparing_ || !std::exchange(hasNewLines_, false)) return;
+  auto lines = std::make_shared<std::vector<GroundLine>>();
+  size_t corners = 0;
   for (WantedLine& wanted : std::exchange(lines_, {})) {
-    GroundLine& line = lines.emplace_back(std::move(wanted.line));
+    GroundLine& line = lines->emplace_back(std::move(wanted.line));
     for (const glm::dvec2 crs : wanted.cornersCrs)
       line.corners.emplace_back(view_->manifest().frame.localFromCrs({crs, 0.0}));
+    corners += line.corners.size();
   }
+  // A few are seen in this frame; many would hold it up.
+  if (corners <= kCornersAtOnce) return showLines(*prepareLines(*lines));
+  arePreparing_ = true;
+  workers_.order(PrepareLines{std::move(lines)}, [this](PrepareLines::Answer prepared) {
+    arePreparing_ = false;
+    preparedLines_ = std::move(prepared);
+  });
+}
+
+void WebView::showLines(const PreparedLines& lines) {
   context_->makeCurrent();
-  const Status set = renderer_->setLines(lines);
+  const Status set = renderer_->setPreparedLines(lines);
   stageTrouble_ = set.ok() ? std::string() : set.error().message;
   view_->requestRender();
 }

@@ -89,7 +89,7 @@ class WebView {
   std::string trouble() const;
   std::string rendererName() const { return context_ ? context_->rendererName() : std::string(); }
   bool isReady() const { return view_->phase() == StreamPhase::Ready; }
-  bool isSettled() const { return view_->isSettled() && workers_.isIdle(); }
+  bool isSettled() const { return view_->isSettled() && workers_.isIdle() && !preparedLines_; }
   std::string datasetJson() const;
 
   void setSize(int width, int height);
@@ -147,6 +147,7 @@ class WebView {
   Status draw(const Camera& camera);
   std::string givePass(const WantedPass& pass);
   void giveStages();
+  void showLines(const PreparedLines& lines);
   glm::dvec2 sampleOf(double easting, double northing) const;
   emscripten::val numbers() const;
 
@@ -163,10 +164,12 @@ class WebView {
   std::optional<gpu::Framebuffer> picture_;
   DrawStatistics drawn_;
   std::vector<uint8_t> pixels_;
-  std::vector<WantedLine> lines_;   ///< that wait for the dataset's frame
+  std::vector<WantedLine> lines_;   ///< that wait for the dataset's frame, or for those before them
   std::vector<WantedPass> passes_;  ///< the same
   bool hasNewLines_ = false;
-  std::string stageTrouble_;  ///< what went wrong with the lines
+  bool arePreparing_ = false;                           ///< lines, aside
+  std::shared_ptr<const PreparedLines> preparedLines_;  ///< that wait for the next frame
+  std::string stageTrouble_;                            ///< what went wrong with the lines
   std::optional<FittedFlight> flight_;
   std::vector<double> numbers_;  ///< what the last question was answered with
 };

@@ -132,3 +132,46 @@ test("the manifest is asked for early where the engine will look for it", async 
     assert.equal(manifestUrl(dataset), url);
   }
 });
+
+test("many lines are prepared aside, and look as they would at once", async () => {
+  const page = await openPage();
+  const { many, few, waited } = await page.evaluate(async () => {
+    const { terraneViewer: viewer } = window;
+    const settled = async () => {
+      let steps = 0;
+      for (; steps === 0 || !viewer.isSettled; ++steps) await new Promise((resolve) => setTimeout(resolve, 50));
+      return steps;
+    };
+    const red = async () => {
+      const bitmap = await createImageBitmap(await viewer.screenshot());
+      const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+      context.drawImage(bitmap, 0, 0);
+      const { data } = context.getImageData(0, 0, bitmap.width, bitmap.height);
+      let count = 0;
+      for (let i = 0; i < data.length; i += 4) count += data[i] > 240 && data[i + 1] < 20 && data[i + 2] < 20 ? 1 : 0;
+      return count;
+    };
+    const { west, south, east, north } = viewer.dataset.bounds;
+    // A straight line, which is the same with however many corners.
+    const line = (corners) => ({
+      points: Array.from({ length: corners }, (_, i) => {
+        const share = 0.1 + (0.8 * i) / (corners - 1);
+        return { easting: west + share * (east - west), northing: south + share * (north - south) };
+      }),
+      color: "#ff0000",
+      widthPixels: 6,
+    });
+    viewer.setLine("line", line(2));
+    await settled();
+    const few = await red();
+    viewer.removeLine("line");
+    await settled();
+    viewer.setLine("line", line(20000));
+    const waited = await settled();
+    return { few, many: await red(), waited };
+  });
+  assert.ok(few > 500, `${few} pixels`);
+  assert.ok(Math.abs(many - few) <= 0.01 * few, `${many} pixels instead of ${few}, after ${waited} looks`);
+  assert.deepEqual(page.errors, []);
+  await page.context().close();
+});
