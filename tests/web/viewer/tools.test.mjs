@@ -16,6 +16,7 @@ import {
   placeAt,
   resultOf,
   serve,
+  settled,
   text,
   transform,
 } from "./harness.mjs";
@@ -145,6 +146,37 @@ test("profile: the plot has the server's heights, and pointing at it shows the p
   const height = metersOf(/: ([\d\u202f.]+ m)/.exec(hovered)[1]);
   const asked = await server.ask(`/d/hills/elevation?points=${e},${n}`);
   assert.ok(near(height, asked.heightsMeters[0], 3));
+});
+
+test("marks behind a hill are faint, those before it are not", async () => {
+  await page.keyboard.press("p");
+  // The panel covers the south.
+  const places = [];
+  for (const x of [0.2, 0.4, 0.6, 0.8]) for (const y of [0.7, 0.8, 0.9]) places.push(await clickGround(page, x, y));
+  const stand = await placeAt(page, 0.1, 0.1);
+  await page.evaluate(({ easting, northing }) => {
+    const { terraneViewer: viewer } = window;
+    viewer.setView({ easting, northing, height: viewer.elevationAt(easting, northing) + 900, heading: 45, pitch: -5, fov: 80 });
+  }, stand);
+  await settled(page);
+  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+  // From the eye to half a metre above each.
+  const to = places.map(pair).join(";");
+  const told = await server.ask(`/d/hills/line-of-sight?from=${pair(stand)}&to=${to}&eye=900&target=0.5`);
+  const marks = await page.evaluate(() =>
+    [...document.querySelectorAll(".mark")].map((mark) => ({ isBehind: mark.classList.contains("is-behind"), isShown: mark.getAttribute("visibility") === "visible" })),
+  );
+  assert.equal(marks.length, places.length);
+  let faint = 0;
+  marks.forEach(({ isBehind, isShown }, i) => {
+    if (!isShown) return;
+    faint += isBehind ? 1 : 0;
+    assert.ok(!(isBehind && told.results[i].visible && told.results[i].certain), `${i} is seen: ${JSON.stringify(told.results[i])}`);
+  });
+  const hidden = told.results.filter((result) => !result.visible).length;
+  assert.ok(hidden > 1 && hidden < places.length && faint > 0 && faint <= hidden, `${faint} of ${marks.length} are faint, ${hidden} hidden`);
+  await page.keyboard.press("Escape");
+  await lookDown(page);
 });
 
 test("profile: arrow keys move along it", async () => {
@@ -307,6 +339,7 @@ const removeAll = () => page.evaluate(() => window.terraneApp.lines.lines.forEac
 const storedParts = () => page.evaluate(() => window.terraneApp.lines.lines.flatMap((line) => line.parts));
 
 test("files: GPX tracks and routes lie where GDAL puts them", async () => {
+  // The panel covers the south.
   const places = [];
   for (const [x, y] of [
     [0.2, 0.2],
@@ -333,6 +366,7 @@ test("files: GPX tracks and routes lie where GDAL puts them", async () => {
 });
 
 test("files: GeoJSON in WGS 84, in the dataset's CRS by its member or by its numbers, in web Mercator", async () => {
+  // The panel covers the south.
   const places = [];
   for (const [x, y] of [
     [0.3, 0.3],
