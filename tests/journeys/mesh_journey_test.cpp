@@ -10,6 +10,7 @@
 #include "terrane/bake/build.h"
 #include "terrane/engine/elevation_query.h"
 #include "terrane/lod/mesh_placement.h"
+#include "terrane/measure/drawn_surface.h"
 #include "terrane/measure/fly.h"
 #include "terrane/measure/mesh_seams.h"
 #include "terrane/reference/load_reference.h"
@@ -93,6 +94,58 @@ class MeshJourney : public ::testing::Test {
                 static_cast<long long>(cuts));
   }
 
+  /// Of what nearer meshes hide nothing is seen: between the eye and any place of it there is ground that is
+  /// drawn, or it lies outside the picture.
+  static void expectHiddenIsHidden(Terrain& terrain, uint32_t seed, int views, int64_t leastPatches) {
+    const Frame& frame = terrain.dataset().manifest().frame;
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    PatchSelection selection;
+    selection.surface = SurfaceKind::Meshes;
+    int64_t patches = 0, places = 0;
+    for (int view = 0; view < views; ++view) {
+      const Camera camera = randomCamera(random, terrain);
+      const auto loaded = terrain.selectAndLoad(camera, selection);
+      ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+      const Cut& cut = *loaded;
+      const DrawnSurface drawn(cut, frame, terrain.tiles());
+      Cut behind = cut;
+      behind.patches = cut.hidden;
+      const DrawnSurface hidden(behind, frame, terrain.tiles());
+      const Lattice lattice(cut.latticeDepth);
+      const glm::dvec2 cell(frame.spacingXMeters(), -frame.spacingYMeters());
+      for (const Patch& patch : cut.hidden) {
+        ++patches;
+        const auto ends = lattice.hypotenuse(patch.triangle.diamond);
+        const double a = unit(random), b = unit(random) * (1.0 - a), c = 1.0 - a - b;
+        const glm::dvec2 place =
+            cell * (a * glm::dvec2(ends[0].x, ends[0].y) + b * glm::dvec2(ends[1].x, ends[1].y) +
+                    c * glm::dvec2(patch.triangle.apex.x, patch.triangle.apex.y));
+        const auto height = hidden.heightAt(place);
+        if (!height) continue;
+        const glm::dvec3 target(place, *height);
+        const glm::dvec3 seen = camera.viewFromLocal(target);
+        if (seen.z <= 0.0 || std::abs(seen.x) > seen.z * camera.tanHalfX() ||
+            std::abs(seen.y) > seen.z * camera.tanHalfY())
+          continue;
+        ++places;
+        const auto steps =
+            static_cast<int>(8.0 * glm::length(place - glm::dvec2(camera.eyeLocal)) / cell.x) + 1;
+        bool isHidden = false;
+        for (int i = 1; i < steps && !isHidden; ++i) {
+          const glm::dvec3 at =
+              camera.eyeLocal + (target - camera.eyeLocal) * (static_cast<double>(i) / steps);
+          const auto ground = drawn.heightAt(glm::dvec2(at));
+          isHidden = ground && *ground >= at.z;
+        }
+        ASSERT_TRUE(isHidden) << "view " << view << ", at " << place.x << " " << place.y;
+      }
+    }
+    EXPECT_GT(patches, leastPatches);
+    std::printf("%lld patches hidden, %lld places looked at\n", static_cast<long long>(patches),
+                static_cast<long long>(places));
+  }
+
   /// The drawn picture keeps to tau, and nothing shows through, resident or while loading.
   static void expectTruePictures(Terrain& terrain, uint32_t seed) {
     auto loaded = loadReference(terrain.dataset());
@@ -132,6 +185,7 @@ TEST_F(MeshJourney, MountainsMeetAndAreTrue) {
   const auto terrain = build(source);
   expectNoGaps(*terrain, 1, 6);
   expectTruePictures(*terrain, 1);
+  expectHiddenIsHidden(*terrain, 1, 40, 200);
 }
 
 TEST_F(MeshJourney, BoundedGroundMeetsAndIsTrue) {
@@ -156,6 +210,7 @@ TEST_F(MeshJourney, HolesChangeNothing) {
   const auto terrain = build(source);
   expectNoGaps(*terrain, 3, 6);
   expectTruePictures(*terrain, 3);
+  expectHiddenIsHidden(*terrain, 3, 40, 20);
 }
 
 TEST_F(MeshJourney, AFineVillageInACoarseCountryMeets) {

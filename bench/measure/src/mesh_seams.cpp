@@ -44,7 +44,9 @@ float drawnHeight(const PatchVertex& v, float morph) {
 MeshSeams measureMeshSeams(const Cut& cut, const ResidentTiles& tiles) {
   const Lattice lattice(cut.latticeDepth);
   std::map<Side, std::vector<std::vector<SideVertex>>> sides;
-  for (const Patch& patch : cut.patches) {
+  std::vector<Patch> all = cut.patches;
+  all.insert(all.end(), cut.hidden.begin(), cut.hidden.end());
+  for (const Patch& patch : all) {
     const MeshPlacement at = meshPlacement(lattice, patch.triangle, patch.tile);
     const MeshLevel* meshes = tiles.findMeshes(patch.tile, at.level);
     TERRANE_CHECK(meshes != nullptr, "level {} of tile {} is not made", at.level, toString(patch.tile));

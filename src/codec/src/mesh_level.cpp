@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "find_relief.h"
 #include "terrane/base/check.h"
 #include "terrane/tiling/node_layout.h"
 
@@ -94,6 +95,19 @@ double errorWithin(const PatchCorners& corners, const Blocks& blocks) {
   return most;
 }
 
+/// Takes in the triangles of a patch that do not come of the chosen vertices.
+void addOthers(ReliefFinder& relief, const PatchMesh& mesh) {
+  for (size_t i = mesh.hasMore ? 0 : 3 * static_cast<size_t>(mesh.bisected); i < mesh.indices.size();
+       i += 3) {
+    const PatchVertex& a = mesh.vertices[mesh.indices[i]];
+    const PatchVertex& b = mesh.vertices[mesh.indices[i + 1]];
+    const PatchVertex& c = mesh.vertices[mesh.indices[i + 2]];
+    const auto [low, high] = std::minmax(
+        {a.heightMeters, a.coarseMeters, b.heightMeters, b.coarseMeters, c.heightMeters, c.coarseMeters});
+    relief.add({{a.x(), a.y()}, {b.x(), b.y()}, {c.x(), c.y()}}, low, high);
+  }
+}
+
 std::vector<uint8_t> unpacked(std::span<const uint8_t> bits) {
   std::vector<uint8_t> out(kTileSampleCount);
   for (size_t i = 0; i < out.size(); ++i) out[i] = bits[i / 8] >> (i % 8) & 1U;
@@ -151,11 +165,14 @@ MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel*
   MeshLevel out;
   out.level = level;
   out.centerFalls = centerFalls;
+  // The vertices' surfaces are the meshes' but for what makePatchMesh() makes otherwise.
+  ReliefFinder relief(meshSurface(heights, vertices, level, centerFalls), coarse, level);
   const int count = patchCount(level);
   out.patches.reserve(static_cast<size_t>(count));
   for (int i = 0; i < count; ++i) {
     const PatchCorners corners = patchCorners(level, i, centerFalls);
     const PatchMesh mesh = makePatchMesh(corners, level, vertices, heights, coarse, band);
+    addOthers(relief, mesh);
     MeshLevel::Patch patch;
     patch.firstVertex = static_cast<uint32_t>(out.vertices.size());
     patch.vertexCount = static_cast<uint32_t>(mesh.vertices.size());
@@ -170,6 +187,7 @@ MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel*
     out.indices.insert(out.indices.end(), mesh.indices.begin(), mesh.indices.end());
     out.extras.insert(out.extras.end(), mesh.extras.begin(), mesh.extras.end());
   }
+  out.relief = relief.find(centerFalls);
   out.chosen = packed(vertices);
   return out;
 }

@@ -119,6 +119,8 @@ void pack(Packer& packer, const MeshLevel& meshes) {
   packer.array(meshes.indices);
   packer.array(meshes.extras);
   packer.array(meshes.chosen);
+  packer.array(meshes.relief.ranges);
+  packer.array(meshes.relief.codes);
 }
 MeshLevel unpackMeshLevel(Unpacker& unpacker) {
   MeshLevel out;
@@ -129,6 +131,8 @@ MeshLevel unpackMeshLevel(Unpacker& unpacker) {
   out.indices = unpacker.array<uint16_t>();
   out.extras = unpacker.array<uint32_t>();
   out.chosen = unpacker.array<uint8_t>((kTileSampleCount + 7) / 8);
+  out.relief.ranges = unpacker.array<MeshRelief::Range>();
+  out.relief.codes = unpacker.array<uint8_t>();
   const auto isInside = [](uint64_t first, uint64_t count, size_t size) { return first + count <= size; };
   unpacker.require(out.level >= 0 && out.level <= kDeepestVertexLevel &&
                        out.patches.size() == static_cast<size_t>(patchCount(out.level)),
@@ -140,6 +144,14 @@ MeshLevel unpackMeshLevel(Unpacker& unpacker) {
                                         isInside(patch.firstExtra, patch.extraCount, out.extras.size());
                                }),
                    "a patch that is not inside");
+  if (!unpacker.ok()) return out;
+  // note: all patches of a level have as many.
+  out.relief.step = reliefStep(out.level);
+  const ReliefCounts counts =
+      reliefCounts(out.level, PatchOutline(patchCorners(out.level, 0, out.centerFalls)));
+  unpacker.require(out.relief.ranges.size() == out.patches.size() &&
+                       out.relief.codes.size() == out.patches.size() * static_cast<size_t>(counts.all()),
+                   "a relief of another size");
   return out;
 }
 

@@ -122,6 +122,7 @@ class PatchMesher {
   void addVertex(MeshPoint p) {
     if (kindAt(p) != PatchScratch::kNo) return;
     kindAt(p) = isOnSide(p) ? PatchScratch::kExtra : PatchScratch::kYes;
+    out_.hasMore = true;
     const int level = vertexLevel(p);
     if (level <= level_) return;
     const MeshDiamond d = meshDiamondAt(p, level);

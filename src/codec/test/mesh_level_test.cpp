@@ -333,6 +333,91 @@ TEST_P(MeshLevels, KeepToTheirErrorBetweenSamples) {
   }
 }
 
+/// Places of all triangles, at any morph: below the top of their square, and on the sides of squares not
+/// below what is said of them.
+TEST_P(MeshLevels, KeepToTheirRelief) {
+  MeshedWorld world(GetParam(), 2.0);
+  const MeshedTile root = world.root(10);
+  const MeshedTile child = world.child(root, 1, 8);
+  std::mt19937 random(GetParam());
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  int64_t tops = 0, floors = 0;
+  for (const MeshedTile* tile : {&root, &child}) {
+    for (const auto& [level, meshes] : tile->levels) {
+      const MeshRelief& relief = meshes.relief;
+      const int step = reliefStep(level);
+      ASSERT_EQ(relief.step, step);
+      const auto isInside = [](std::array<int, 2> reach, int square, int side) {
+        return reach[0] <= square && square + side <= reach[1];
+      };
+      size_t code = 0;
+      for (int index = 0; index < patchCount(level); ++index) {
+        const OnePatch patch = patchOf(*tile, level, index);
+        const PatchOutline outline(patch.corners);
+        std::map<Point, double> top, onRow, onColumn;
+        const auto next = [&] {
+          return static_cast<double>(
+              relief.ranges[static_cast<size_t>(index)].height(relief.codes.at(code++)));
+        };
+        const size_t begin = code;
+        for (int y = outline.top; y < outline.bottom; y += step)
+          for (int x = outline.inRows(y, step)[0]; x < outline.inRows(y, step)[1]; x += step)
+            top[{x, y}] = next();
+        for (int y = outline.top; y <= outline.bottom; y += step)
+          for (int x = outline.left; x < outline.right; x += step)
+            if (isInside(outline.onRow(y), x, step)) onRow[{x, y}] = next();
+        for (int x = outline.left; x <= outline.right; x += step)
+          for (int y = outline.top; y < outline.bottom; y += step)
+            if (isInside(outline.onColumn(x), y, step)) onColumn[{x, y}] = next();
+        ASSERT_EQ(static_cast<int>(code - begin), reliefCounts(level, outline).all());
+
+        for (const auto& t : patch.triangles) {
+          const double morph = random() % 3 == 0 ? 1.0 : random() % 2 == 0 ? 0.0 : unit(random);
+          const auto height = [&](int i) {
+            const PatchVertex& v = patch.vertices[static_cast<size_t>(i)];
+            const auto own = static_cast<double>(v.heightMeters),
+                       coarse = static_cast<double>(v.coarseMeters);
+            return coarse + morph * (own - coarse);
+          };
+          // A place inside, and one where a side crosses a side of squares.
+          const double a = unit(random), b = (1.0 - a) * unit(random);
+          const double inside[3] = {a, b, 1.0 - a - b};
+          double x = 0.0, y = 0.0, z = 0.0;
+          for (size_t i = 0; i < 3; ++i) {
+            x += inside[i] * patch.place(t[i])[0];
+            y += inside[i] * patch.place(t[i])[1];
+            z += inside[i] * height(t[i]);
+          }
+          const Point square{static_cast<int>(x) / step * step, static_cast<int>(y) / step * step};
+          ASSERT_LE(z, top.at(square) + 1e-3) << "level " << level << ", patch " << index;
+          ++tops;
+          for (size_t i = 0; i < 3; ++i) {
+            const Point p = patch.place(t[i]), q = patch.place(t[(i + 1) % 3]);
+            for (const size_t axis : {size_t{0}, size_t{1}}) {
+              const int low = std::min(p[axis], q[axis]), high = std::max(p[axis], q[axis]);
+              if (low == high) continue;
+              const int line = (low + step - 1) / step * step;
+              if (line > high) continue;
+              const double share = static_cast<double>(line - p[axis]) / (q[axis] - p[axis]);
+              const double along = p[1 - axis] + share * (q[1 - axis] - p[1 - axis]);
+              const double drawn = height(t[i]) + share * (height(t[(i + 1) % 3]) - height(t[i]));
+              const int at = static_cast<int>(along) / step * step;
+              const auto& known = axis == 0 ? onColumn : onRow;
+              const auto found = known.find(axis == 0 ? Point{line, at} : Point{at, line});
+              if (found == known.end()) continue;  // the end of a line, on the patch's side
+              ASSERT_GE(drawn, found->second - 1e-3) << "level " << level << ", patch " << index;
+              ++floors;
+            }
+          }
+        }
+      }
+      ASSERT_EQ(code, relief.codes.size());
+    }
+  }
+  EXPECT_GT(tops, 10000);
+  EXPECT_GT(floors, 10000);
+}
+
 /// The deepest level of the finest tiles shows every sample.
 TEST_P(MeshLevels, EndWithAllSamples) {
   MeshedWorld world(GetParam(), 2.0);

@@ -103,6 +103,8 @@ TEST(Packed, MeshLevels) {
       EXPECT_EQ(out.indices, meshes.indices);
       EXPECT_EQ(out.extras, meshes.extras);
       EXPECT_EQ(out.chosen, meshes.chosen);
+      EXPECT_EQ(out.relief.step, meshes.relief.step);
+      EXPECT_EQ(out.relief.codes, meshes.relief.codes);
 
       // Patches that reach beyond what is there are refused.
       MeshLevel wrong = meshes;

@@ -200,11 +200,13 @@ void TileUploads::makeRootMeshes() {
 void TileUploads::need(const Cut& cut, uint64_t frame) {
   // Patches of a tile mostly follow each other.
   TileId last{-1, 0, 0}, lastShading{-1, 0, 0};
-  for (const Patch& patch : cut.patches) {
-    if (!(patch.tile == last)) resident_.need(patch.tile, frame);
-    if (!(patch.shadingTile == lastShading)) resident_.need(patch.shadingTile, frame);
-    last = patch.tile;
-    lastShading = patch.shadingTile;
+  for (const std::vector<Patch>* patches : {&cut.patches, &cut.hidden}) {
+    for (const Patch& patch : *patches) {
+      if (!(patch.tile == last)) resident_.need(patch.tile, frame);
+      if (!(patch.shadingTile == lastShading)) resident_.need(patch.shadingTile, frame);
+      last = patch.tile;
+      lastShading = patch.shadingTile;
+    }
   }
   // A split needs up to four tiles that meet; those that are here wait for the others.
   for (const TileWish& wish : cut.wishes)

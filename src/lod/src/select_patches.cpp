@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "leave_out_hidden.h"
 #include "morph_ramps.h"
 #include "terrane/base/check.h"
 #include "terrane/lod/mesh_placement.h"
@@ -80,6 +81,7 @@ class Selector {
         octagons_(lattice_, deepest_),
         cellMeters_(frame.spacingXMeters() / std::ldexp(1.0, drawnLevel_ - finestLevel_),
                     frame.spacingYMeters() / std::ldexp(1.0, drawnLevel_ - finestLevel_)),
+        camera_(camera),
         metric_(camera, cellMeters_, selection.tolerancePixels, selection.nearMeters),
         pixelsPerTangent_(camera.pixelsPerTangent()),
         worldDistance_(std::max(1.0, cellMeters_.x * lattice_.side())),
@@ -104,6 +106,7 @@ class Selector {
     }
     cut_.wishes = wishes_.sorted(pictureDiagonal_);
     cut_.ramping = ramps_.finish();
+    if (isMeshes_ && selection_.cull) leaveOutHidden(cut_, selection_, camera_, cellMeters_, tiles_);
     return std::move(cut_);
   }
 
@@ -535,6 +538,7 @@ class Selector {
   int deepest_;
   NestedOctagons octagons_;
   glm::dvec2 cellMeters_;
+  const Camera& camera_;
   ScreenMetric metric_;
   double pixelsPerTangent_;
   double worldDistance_;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "terrane/codec/mesh_relief.h"
 #include "terrane/codec/patch_mesh.h"
 #include "terrane/codec/tile.h"
 #include "terrane/tiling/frame.h"
@@ -55,10 +56,12 @@ struct MeshLevel {
   std::vector<uint16_t> indices;
   std::vector<uint32_t> extras;  ///< places of the extra vertices that were taken out
   std::vector<uint8_t> chosen;   ///< a bit a sample, lowest first: the vertices that the next level inherits
+  MeshRelief relief;
 
   size_t sizeBytes() const {
     return sizeof(*this) + patches.size() * sizeof(Patch) + vertices.size() * sizeof(PatchVertex) +
-           indices.size() * sizeof(uint16_t) + extras.size() * sizeof(uint32_t) + chosen.size();
+           indices.size() * sizeof(uint16_t) + extras.size() * sizeof(uint32_t) + chosen.size() +
+           relief.sizeBytes();
   }
 };
 

@@ -30,6 +30,7 @@ struct PatchMesh {
   std::vector<uint16_t> indices;  ///< three a triangle, from x towards y (clockwise on the map)
   int64_t bisected = 0;           ///< triangles of bisection
   std::vector<uint32_t> extras;   ///< places of the extra vertices that were taken out, row by row
+  bool hasMore = false;           ///< vertices inside beyond those that were chosen
   double excessMeters = 0.0;      ///< by how much the surface leaves the band, on a side with given vertices
 
   int64_t triangles() const { return static_cast<int64_t>(indices.size() / 3); }

@@ -55,6 +55,7 @@ struct Cut {
   SurfaceKind surface = SurfaceKind::Patches;
   PatchGrid grid;
   std::vector<Patch> patches;
+  std::vector<Patch> hidden;     ///< in the frustum, but hidden by those: not to be drawn; only meshes
   std::vector<TileWish> wishes;  ///< most error first; parents are resident
   std::vector<MeshWish>
       meshWishes;   ///< for SurfaceKind::Meshes, coarse ones first; the levels before are made

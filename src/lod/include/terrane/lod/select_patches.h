@@ -54,7 +54,8 @@ struct PatchSelection {
 /// With SurfaceKind::Meshes patches are those of MeshScale::of(frame), and go on where tiles end: smaller
 /// ones of the finest tiles' samples, with tighter bounds, until all samples count. A diamond splits only
 /// where the meshes of all its children are made, too; those that the metric asks for and that are not become
-/// mesh wishes. Only with SplitMetric::Full.
+/// mesh wishes. Only with SplitMetric::Full. With `selection.cull` those that nearer ones surely hide are in
+/// Cut::hidden.
 ///
 /// With `selection.morph` the drawn surface is a continuous function of the camera. A `history` makes it one
 /// of time too: what a diamond's tiles or its parents held back in the last selection with that history,
