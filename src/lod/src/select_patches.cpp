@@ -99,9 +99,11 @@ class Selector {
     } else {
       // Level by level: a diamond is looked at when every parent that it has in the world has split.
       TileInfo& root = find(TileId{}, nullptr);
+      size_t run = 0;
       for (const Triangle& t : lattice_.rootTriangles())
-        pieces_.push_back({t, -1, groundOf(t, {&root, &root, {}})});
-      while (!pieces_.empty()) splitOneLevel();
+        next_[run++].push_back({t, -1, groundOf(t, {&root, &root, {}})});
+      while (std::any_of(next_.begin(), next_.end(), [](const auto& of) { return !of.empty(); }))
+        splitOneLevel();
     }
     cut_.wishes = wishes_.sorted(pictureDiagonal_);
     cut_.ramping = ramps_.finish();
@@ -200,6 +202,10 @@ class Selector {
     Triangle triangle;
     int split;  ///< of splits_; -1 for the two that nothing made
     Ground ground;
+    /// By it diamonds of one level are ordered: by x, then by y.
+    uint64_t order() const {
+      return static_cast<uint64_t>(triangle.diamond.x) << 32 | static_cast<uint32_t>(triangle.diamond.y);
+    }
   };
   /// The triangles of one diamond that are there, one or two.
   struct Pieces {
@@ -207,7 +213,21 @@ class Selector {
     int count = 0;
     const Piece* const* begin() const { return items.data(); }
     const Piece* const* end() const { return items.data() + count; }
+    /// In the order of their apexes.
+    void add(const Piece& piece) {
+      items[static_cast<size_t>(count++)] = &piece;
+      if (count == 2 && items[1]->triangle.apex < items[0]->triangle.apex) std::swap(items[0], items[1]);
+    }
   };
+  /// What the splits of one level make, by where it lies from the middle of its diamond: as the diamonds are
+  /// gone through in order, each of the runs is in order by itself.
+  static constexpr size_t kRuns = 4;
+  using Level = std::array<std::vector<Piece>, kRuns>;
+  static size_t runOf(const Triangle& t) {
+    const int x = t.diamond.x - t.apex.x, y = t.diamond.y - t.apex.y;
+    if (x == 0) return y < 0 ? 1 : 2;
+    return x < 0 ? (y > 0 ? 1 : 0) : (y < 0 ? 2 : 3);
+  }
   /// A triangle that a split would make.
   struct Child {
     Triangle triangle;
@@ -274,7 +294,7 @@ class Selector {
   }
 
   struct Judgement {
-    bool visible = false;
+    ScreenMetric::Sight sight = ScreenMetric::Sight::None;
     bool ground = false;       ///< some of what lies on and below it is not void
     double errorMeters = 0.0;  ///< of its patches as they are
     double errorPixels = 0.0;
@@ -313,14 +333,15 @@ class Selector {
     prism.high = scale_.heightFromRangeCode(code.high) * selection_.exaggeration + out.errorMeters;
     out.own = prism;
     out.own.octagon = octagons_.own(d.level);
-    out.visible = !selection_.cull || metric_.visible(prism);
-    if (!out.visible) return out;
-    out.errorPixels = metric_.errorPixels(prism, out.errorMeters);
+    out.sight = selection_.cull ? metric_.sight(prism) : ScreenMetric::Sight::Whole;
+    if (out.sight == ScreenMetric::Sight::None) return out;
+    const ScreenMetric::Depth depth = metric_.depth(prism);
+    out.errorPixels = metric_.errorPixels(prism, out.errorMeters, depth);
     const double tau = selection_.tolerancePixels;
     switch (selection_.metric) {
       case SplitMetric::Full: {
         out.byError = out.errorPixels / tau;
-        const double texel = texelPixels(d.level, prism);
+        const double texel = texelPixels(d.level, depth);
         out.byTexel = texel / (kShadingTexelPixels * selection_.texelPixels);
         out.beyondCodes = code.error == 255 && out.errorPixels > 0.0;
         out.wantsSplit = out.excess() > 1.0 || out.beyondCodes;
@@ -329,7 +350,7 @@ class Selector {
       }
       case SplitMetric::DistanceOnly:
         out.urgency = metric_.lengthPixels(
-                          prism, cellMeters_.x * octagons_.own(d.level).extent / grid_.cellsPerSide()) /
+                          cellMeters_.x * octagons_.own(d.level).extent / grid_.cellsPerSide(), depth) /
                       8.0;
         out.wantsSplit = out.urgency > tau;
         break;
@@ -387,9 +408,9 @@ class Selector {
   /// How large the texels of the finest shading tile that the diamond's patches can have look: a patch so
   /// large on screen that even these show must split too. Two levels of patches have the same one; with
   /// morphing the first of them counts for a little more, so that this, too, is strictly saturated.
-  double texelPixels(int level, const Prism& prism) const {
+  double texelPixels(int level, const ScreenMetric::Depth& depth) const {
     if (level / 2 >= finestLevel_) return 0.0;
-    const double texel = metric_.lengthPixels(prism, tileSpacing(level / 2));
+    const double texel = metric_.lengthPixels(tileSpacing(level / 2), depth);
     return morphs_ && level % 2 == 0 ? kSaturation * texel : texel;
   }
 
@@ -502,35 +523,35 @@ class Selector {
     });
   }
 
-  /// The places of triangles in the order of their diamonds, then of their apexes.
-  void sortPieces() {
-    order_.clear();
-    for (const Piece& piece : pieces_) {
-      const Diamond& d = piece.triangle.diamond;
-      order_.push_back({static_cast<uint64_t>(d.x) << 32 | static_cast<uint32_t>(d.y), &piece});
-    }
-    std::sort(order_.begin(), order_.end(), [](const Ordered& a, const Ordered& b) {
-      return a.diamond != b.diamond ? a.diamond < b.diamond : a.piece->triangle.apex < b.piece->triangle.apex;
-    });
-  }
-
   /// Splits the diamonds of one level that want and may; draws the triangles of the others. Leaves the
   /// triangles one level deeper.
   void splitOneLevel() {
-    sortPieces();
-    next_.clear();
-    for (size_t i = 0; i < order_.size();) {
+    std::swap(level_, next_);
+    for (auto& run : next_) run.clear();
+    std::array<size_t, kRuns> at{};
+    for (;;) {
+      // The first diamond that is left, and those of its triangles that are there.
+      constexpr uint64_t kNone = UINT64_MAX;
+      uint64_t first = kNone;
+      for (size_t run = 0; run < kRuns; ++run)
+        if (at[run] < level_[run].size()) first = std::min(first, level_[run][at[run]].order());
+      if (first == kNone) return;
       Pieces pieces;
-      const uint64_t diamond = order_[i].diamond;
-      for (; i < order_.size() && order_[i].diamond == diamond; ++i)
-        pieces.items[static_cast<size_t>(pieces.count++)] = order_[i].piece;
-      const Diamond d = pieces.items[0]->triangle.diamond;
-      const Judgement judged = judge(d, pieces);
-      if (judged.wantsSplit && d.level < deepest_ && trySplit(d, judged, pieces)) continue;
-      if (!judged.ground || !judged.visible) continue;
-      for (const Piece* piece : pieces) draw(*piece, judged);
+      for (size_t run = 0; run < kRuns; ++run)
+        if (at[run] < level_[run].size() && level_[run][at[run]].order() == first)
+          pieces.add(level_[run][at[run]++]);
+      look(pieces);
     }
-    std::swap(pieces_, next_);
+  }
+
+  void look(const Pieces& pieces) {
+    const Diamond d = pieces.items[0]->triangle.diamond;
+    const Judgement judged = judge(d, pieces);
+    if (judged.wantsSplit && d.level < deepest_ && trySplit(d, judged, pieces)) return;
+    if (judged.sight == ScreenMetric::Sight::None) return;
+    if (judged.sight == ScreenMetric::Sight::Part && !metric_.visible(judged.own)) return;
+    const ScreenMetric::Depth depth = metric_.depth(judged.own);
+    for (const Piece* piece : pieces) draw(*piece, judged, depth);
   }
 
   bool trySplit(const Diamond& d, const Judgement& judged, const Pieces& pieces) {
@@ -547,12 +568,12 @@ class Selector {
     made.errorPixels = judged.errorPixels;
     const auto index = static_cast<int>(splits_.size());
     splits_.push_back(made);
-    for (const Child& child : children) next_.push_back({child.triangle, index, child.ground});
+    for (const Child& child : children)
+      next_[runOf(child.triangle)].push_back({child.triangle, index, child.ground});
     return true;
   }
 
-  void draw(const Piece& piece, const Judgement& judged) {
-    if (selection_.cull && !metric_.visible(judged.own)) return;
+  void draw(const Piece& piece, const Judgement& judged, const ScreenMetric::Depth& depth) {
     const Triangle& t = piece.triangle;
     Patch patch;
     patch.triangle = t;
@@ -574,7 +595,7 @@ class Selector {
     // The shading tile: as deep as one texel a pixel asks for, a tile can hold the patch, and tiles are here.
     const int deepest = std::min(t.diamond.level / 2, finestLevel_);
     for (int level = patch.tile.level; level < deepest; ++level) {
-      const double texel = metric_.lengthPixels(judged.own, tileSpacing(level));
+      const double texel = metric_.lengthPixels(tileSpacing(level), depth);
       if (texel <= selection_.texelPixels) break;
       TileInfo& finer = childOf(*tile, lattice_.tileOf(t, level + 1));
       if (finer.residency == Residency::Missing) {
@@ -615,13 +636,8 @@ class Selector {
   double pictureArea_;
   bool morphs_;
   MorphRamps ramps_;
-  std::deque<TileInfo> infos_;        ///< note: they point at each other, and so may never move
-  std::vector<Piece> pieces_, next_;  ///< of the level that is looked at, and of the next one
-  struct Ordered {
-    uint64_t diamond;
-    const Piece* piece;
-  };
-  std::vector<Ordered> order_;
+  std::deque<TileInfo> infos_;  ///< note: they point at each other, and so may never move
+  Level level_, next_;          ///< the triangles of the level that is looked at, and of the next one
   std::vector<Split> splits_;
   WishList wishes_;
   Cut cut_;
