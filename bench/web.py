@@ -205,6 +205,7 @@ def make_pages():
     out.mkdir(parents=True)
     for path in sorted(MODULE.glob("terrane*.mjs")) + sorted(MODULE.glob("terrane*.wasm")):
         shutil.copy(path, out / path.name)
+    shutil.copy("web/package/dist/early.js", out / "early.js")
     for name in ("terrane.js", "page.css"):
         shutil.copy(HERE / "pages" / name, out / name)
     # The worker's script is JavaScript under another name.

@@ -125,7 +125,7 @@ async function run(job) {
     const traced = !job.shots;
     if (traced) await browser.startTracing(page, { categories: ["toplevel", "devtools.timeline", "blink.user_timing"] });
     await page.goto(job.url.startsWith("/") ? `http://127.0.0.1:${port}${job.url}` : job.url, { waitUntil: "commit" });
-    await page.waitForFunction(() => window.programReady, undefined, { timeout: 1000 * PATIENCE_SECONDS, polling: 100 }).catch((error) => {
+    await page.waitForFunction(() => window.programReady, undefined, { timeout: 1000 * PATIENCE_SECONDS, polling: "raf" }).catch((error) => {
       throw new Error(`the page does not begin: ${problems.join("; ") || error}`);
     });
     const flown = await page.evaluate((options) => window.measure.fly(window.program, { ...options, onShot: async (step) => {

@@ -58,7 +58,10 @@ EMSCRIPTEN_BINDINGS(terrane) {
       .field("isOffline", &WebReport::isOffline)
       .field("workers", &WebReport::workers);
   emscripten::class_<WebView>("View")
-      .constructor<emscripten::val, std::string, WebLimits>()
+      .constructor<std::string, WebLimits>()
+      .function("open", &WebView::open)
+      .function("attach", &WebView::attach)
+      .function("detach", &WebView::detach)
       .function("problem", &WebView::problem)
       .function("trouble", &WebView::trouble)
       .function("rendererName", &WebView::rendererName)

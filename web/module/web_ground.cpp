@@ -69,7 +69,7 @@ emscripten::val WebView::profile(const emscripten::val& corners, double count) {
 }
 
 emscripten::val WebView::lineOfSight(double fromEast, double fromNorth, double fromAboveGround, double toEast,
-                                     double toNorth, double toAboveGround) {
+                                     double toNorth, double toAboveGround, double refraction) {
   numbers_ = {kNothing, kNothing};
   if (!isReady()) return numbers();
   const Frame& frame = view_->manifest().frame;
@@ -84,6 +84,7 @@ emscripten::val WebView::lineOfSight(double fromEast, double fromNorth, double f
   line.fromHeight = **fromGround + fromAboveGround;
   line.toHeight = **toGround + toAboveGround;
   line.lengthMeters = metersBetween(frame, from, to);
+  if (refraction >= 0.0 && refraction < 1.0) line.radiusMeters = sightRadiusMeters(refraction);
   const SightResult seen = lookAlong(*pieces, line);
   numbers_[0] = seen.visible ? 1.0 : 0.0;
   numbers_[1] = seen.clearanceMeters.value_or(kNothing);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "terrane/engine/line_orders.h"
 #include "web_view.h"
 
 /// Lines and passes of pages. Both may come before the dataset is open; where it lies is known only then.
@@ -9,11 +10,12 @@ namespace {
 
 /// Numbers of each line in setLines(): corners, colour and opacity, width, its unit.
 constexpr size_t kLineNumbers = 7;
+/// So many are prepared in a few milliseconds.
+constexpr size_t kCornersAtOnce = 1000;
 
 }  // namespace
 
 void WebView::setLines(const emscripten::val& corners, const emscripten::val& lines) {
-  if (!view_) return;
   const auto places = emscripten::convertJSArrayToNumberVector<double>(corners);
   const auto numbers = emscripten::convertJSArrayToNumberVector<float>(lines);
   lines_.clear();
@@ -34,7 +36,7 @@ void WebView::setLines(const emscripten::val& corners, const emscripten::val& li
 
 std::string WebView::setPass(const std::string& name, const std::string& fragment, double originEast,
                              double originNorth, double originHeight) {
-  if (!view_) return problem_;
+  if (!renderer_) return problem_.empty() ? "there is no canvas to draw on" : problem_;
   const WantedPass pass{name, fragment, {originEast, originNorth, originHeight}};
   if (isReady()) return givePass(pass);
   // What is wrong with it is told at once; its origin is set when the dataset is open.
@@ -54,10 +56,10 @@ std::string WebView::givePass(const WantedPass& pass) {
 }
 
 void WebView::removePass(const std::string& name) {
-  if (!view_) return;
   passes_.erase(std::remove_if(passes_.begin(), passes_.end(),
                                [&](const WantedPass& pass) { return pass.name == name; }),
                 passes_.end());
+  if (!renderer_) return;
   context_->makeCurrent();
   renderer_->removePass(name);
   view_->requestRender();
@@ -65,7 +67,7 @@ void WebView::removePass(const std::string& name) {
 
 void WebView::setPassUniform(const std::string& name, const std::string& uniform,
                              const emscripten::val& values) {
-  if (!view_) return;
+  if (!renderer_) return;
   context_->makeCurrent();
   const auto numbers = emscripten::convertJSArrayToNumberVector<float>(values);
   // note: a uniform that the pass does not have is the page's mistake, and no reason to stop drawing.
@@ -74,20 +76,33 @@ void WebView::setPassUniform(const std::string& name, const std::string& uniform
 }
 
 void WebView::giveStages() {
-  if (!isReady()) return;
+  if (!isReady() || !renderer_) return;
   for (const WantedPass& pass : std::exchange(passes_, {})) {
     const glm::dvec3 origin = view_->manifest().frame.localFromCrs(pass.originCrs);
     renderer_->movePass(pass.name, origin);
   }
-  if (!std::exchange(hasNewLines_, false)) return;
-  std::vector<GroundLine> lines;
+  if (const auto prepared = std::exchange(preparedLines_, nullptr)) showLines(*prepared);
+  if (arePreparing_ || !std::exchange(hasNewLines_, false)) return;
+  auto lines = std::make_shared<std::vector<GroundLine>>();
+  size_t corners = 0;
   for (WantedLine& wanted : std::exchange(lines_, {})) {
-    GroundLine& line = lines.emplace_back(std::move(wanted.line));
+    GroundLine& line = lines->emplace_back(std::move(wanted.line));
     for (const glm::dvec2 crs : wanted.cornersCrs)
       line.corners.emplace_back(view_->manifest().frame.localFromCrs({crs, 0.0}));
+    corners += line.corners.size();
   }
+  // A few are seen in this frame; many would hold it up.
+  if (corners <= kCornersAtOnce) return showLines(*prepareLines(*lines));
+  arePreparing_ = true;
+  workers_.order(PrepareLines{std::move(lines)}, [this](PrepareLines::Answer prepared) {
+    arePreparing_ = false;
+    preparedLines_ = std::move(prepared);
+  });
+}
+
+void WebView::showLines(const PreparedLines& lines) {
   context_->makeCurrent();
-  const Status set = renderer_->setLines(lines);
+  const Status set = renderer_->setPreparedLines(lines);
   stageTrouble_ = set.ok() ? std::string() : set.error().message;
   view_->requestRender();
 }

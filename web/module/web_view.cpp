@@ -50,20 +50,7 @@ constexpr std::array<std::pair<std::string_view, SurfaceKind>, 2> kSurfaces = {
 
 }  // namespace
 
-WebView::WebView(emscripten::val canvas, const std::string& url, const WebLimits& limits) {
-  terrane_name_canvas(canvas.as_handle());
-  auto context = gpu::Context::createOnCanvas(kCanvasName);
-  if (!context.ok()) {
-    fail(context.error());
-    return;
-  }
-  context_ = std::move(context).value();
-  auto renderer = TerrainRenderer::create(*context_);
-  if (!renderer.ok()) {
-    fail(renderer.error());
-    return;
-  }
-  renderer_ = std::move(renderer).value();
+WebView::WebView(const std::string& url, const WebLimits& limits) {
   ViewOptions options;
   options.stream.compressedBytes = bytesOf(limits.compressed);
   options.stream.decodedBytes = bytesOf(limits.decoded);
@@ -71,11 +58,34 @@ WebView::WebView(emscripten::val canvas, const std::string& url, const WebLimits
   options.gpuGeometryBytes = bytesOf(limits.gpuGeometry);
   options.gpuTextureBytes = bytesOf(limits.gpuTexture);
   options.uploadBytesAFrame = bytesOf(limits.uploadAFrame);
-  view_ = std::make_unique<TerrainView>(openHttpTransport(url), workers_, renderer_.get(), options);
+  view_ = std::make_unique<TerrainView>(openHttpTransport(url), workers_, nullptr, options);
+  open();
+}
+
+void WebView::open() {
+  view_->open(emscripten_get_now() * 1e-3);
+}
+
+void WebView::attach(emscripten::val canvas) {
+  detach();
+  terrane_name_canvas(canvas.as_handle());
+  auto context = gpu::Context::createOnCanvas(kCanvasName);
+  if (!context.ok()) return fail(context.error());
+  context_ = std::move(context).value();
+  auto renderer = TerrainRenderer::create(*context_);
+  if (!renderer.ok()) return fail(renderer.error());
+  renderer_ = std::move(renderer).value();
+  view_->setRenderer(renderer_.get());
+}
+
+void WebView::detach() {
+  view_->setRenderer(nullptr);
+  picture_.reset();
+  renderer_.reset();
+  context_.reset();
 }
 
 std::string WebView::trouble() const {
-  if (!view_) return {};
   if (!view_->problem().empty()) return view_->problem();
   return workers_.trouble().empty() ? stageTrouble_ : workers_.trouble();
 }
@@ -123,7 +133,6 @@ void WebView::setSize(int width, int height) {
 }
 
 void WebView::setImageryLayers(const std::string& names) {
-  if (!view_) return;
   std::vector<std::string> out;
   for (size_t begin = 0; begin < names.size();) {
     const size_t end = std::min(names.find('/', begin), names.size());
@@ -136,7 +145,6 @@ void WebView::setImageryLayers(const std::string& names) {
 }
 
 void WebView::setStyle(const WebStyle& style) {
-  if (!view_) return;
   style_ = style;
   PatchSelection& selection = view_->selection();
   choose(selection.surface, kSurfaces, style.surface);
@@ -152,11 +160,11 @@ void WebView::setCamera(double eyeEast, double eyeNorth, double eyeHeight, doubl
 }
 
 void WebView::redraw() {
-  if (view_) view_->requestRender();
+  view_->requestRender();
 }
 
 bool WebView::frame(double nowSeconds) {
-  if (!view_ || !problem_.empty() || width_ < 1 || height_ < 1) return false;
+  if (!renderer_ || !problem_.empty() || width_ < 1 || height_ < 1) return false;
   context_->makeCurrent();
   const Camera seen = camera();
   if (!style_.frozen)
@@ -228,7 +236,6 @@ Status WebView::draw(const Camera& camera) {
 }
 
 WebReport WebView::report() const {
-  if (!view_) return {};
   const ViewReport& from = view_->report();
   const StreamStatistics& stream = from.stream;
   return {.triangles = static_cast<double>(from.triangles),
@@ -265,14 +272,12 @@ WebReport WebView::report() const {
 
 emscripten::val WebView::tilesByLevel() {
   numbers_.clear();
-  if (view_) {
-    std::set<TileId> seen;
-    for (const Patch& patch : view_->cut().patches) {
-      if (!seen.insert(patch.tile).second) continue;
-      const auto level = static_cast<size_t>(patch.tile.level);
-      if (numbers_.size() <= level) numbers_.resize(level + 1, 0.0);
-      numbers_[level] += 1.0;
-    }
+  std::set<TileId> seen;
+  for (const Patch& patch : view_->cut().patches) {
+    if (!seen.insert(patch.tile).second) continue;
+    const auto level = static_cast<size_t>(patch.tile.level);
+    if (numbers_.size() <= level) numbers_.resize(level + 1, 0.0);
+    numbers_[level] += 1.0;
   }
   return numbers();
 }

@@ -75,17 +75,21 @@ struct WebReport {
   double workers = 0.0;
 };
 
-/// A view of one dataset on one canvas, as pages have it. web/package/src/engine.ts says what each function
-/// does; bindings.cpp binds them.
+/// A view of one dataset, as pages have it: on one canvas at a time. web/package/src/engine.ts says what each
+/// function does; bindings.cpp binds them.
 class WebView {
  public:
-  WebView(emscripten::val canvas, const std::string& url, const WebLimits& limits);
+  WebView(const std::string& url, const WebLimits& limits);
+
+  void open();
+  void attach(emscripten::val canvas);
+  void detach();
 
   std::string problem() const { return problem_; }
   std::string trouble() const;
   std::string rendererName() const { return context_ ? context_->rendererName() : std::string(); }
-  bool isReady() const { return view_ && view_->phase() == StreamPhase::Ready; }
-  bool isSettled() const { return view_ && view_->isSettled() && workers_.isIdle(); }
+  bool isReady() const { return view_->phase() == StreamPhase::Ready; }
+  bool isSettled() const { return view_->isSettled() && workers_.isIdle() && !preparedLines_; }
   std::string datasetJson() const;
 
   void setSize(int width, int height);
@@ -106,7 +110,7 @@ class WebView {
   emscripten::val pick(double x, double y);
   emscripten::val profile(const emscripten::val& corners, double count);
   emscripten::val lineOfSight(double fromEast, double fromNorth, double fromAboveGround, double toEast,
-                              double toNorth, double toAboveGround);
+                              double toNorth, double toAboveGround, double refraction);
 
   // Lines on the ground, and stages of the page's own: web_stages.cpp.
   void setLines(const emscripten::val& corners, const emscripten::val& lines);
@@ -143,6 +147,7 @@ class WebView {
   Status draw(const Camera& camera);
   std::string givePass(const WantedPass& pass);
   void giveStages();
+  void showLines(const PreparedLines& lines);
   glm::dvec2 sampleOf(double easting, double northing) const;
   emscripten::val numbers() const;
 
@@ -159,10 +164,12 @@ class WebView {
   std::optional<gpu::Framebuffer> picture_;
   DrawStatistics drawn_;
   std::vector<uint8_t> pixels_;
-  std::vector<WantedLine> lines_;   ///< that wait for the dataset's frame
+  std::vector<WantedLine> lines_;   ///< that wait for the dataset's frame, or for those before them
   std::vector<WantedPass> passes_;  ///< the same
   bool hasNewLines_ = false;
-  std::string stageTrouble_;  ///< what went wrong with the lines
+  bool arePreparing_ = false;                           ///< lines, aside
+  std::shared_ptr<const PreparedLines> preparedLines_;  ///< that wait for the next frame
+  std::string stageTrouble_;                            ///< what went wrong with the lines
   std::optional<FittedFlight> flight_;
   std::vector<double> numbers_;  ///< what the last question was answered with
 };

@@ -51,6 +51,8 @@ EM_JS(int, terrane_workers_begin, (void* self), {
       fail(index, event.message || "its script could not be loaded");
     };
     worker.onmessageerror = () => fail(index, "its answer could not be read");
+    // It may have been ready before anybody listened.
+    worker.postMessage({});
   }
   return workers.length;
 });

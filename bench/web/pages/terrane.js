@@ -1,15 +1,22 @@
 // The flight's page of ours.
+import { askEarly, startWorkers } from "./early.js";
 import makeTerrane from "./terrane.mjs";
 
 const wanted = new URL(location.href).searchParams;
 const canvas = document.getElementById("view");
 // As the package makes it on a desktop (web/package/src/device.ts).
+const dataset = new URL(wanted.get("dataset"), location.href).href;
+const workerCount = Math.max(1, Math.min(4, navigator.hardwareConcurrency - 1));
 const terrane = await makeTerrane({
-  makeWorker: () => new Worker(new URL("./worker.js", import.meta.url), { type: "module" }),
-  workerCount: Math.max(1, Math.min(4, navigator.hardwareConcurrency - 1)),
+  early: askEarly(dataset),
+  makeWorker: startWorkers(workerCount, () => new Worker(new URL("./worker.js", import.meta.url), { type: "module" })),
+  workerCount,
 });
-const view = new terrane.View(canvas, wanted.get("dataset"), { compressedMegabytes: 64, decodedMegabytes: 192, pictureMegabytes: 48,
+const view = new terrane.View(dataset, { compressedMegabytes: 64, decodedMegabytes: 192, pictureMegabytes: 48,
   gpuGeometryMegabytes: 128, gpuTextureMegabytes: 256, uploadMegabytesAFrame: 4 });
+await new Promise((resolve) => setTimeout(resolve));
+view.open();
+view.attach(canvas);
 view.setSize(canvas.width, canvas.height);
 view.setStyle({ surface: wanted.get("surface"), tau: 1, samples: Number(wanted.get("samples") ?? 4), mode: "shaded", outline: "none",
   exaggeration: 1, sunAzimuth: 315, sunAltitude: 38, haze: true, imageryRelief: 0.45, imageryBrightness: 1, water: true, frozen: false });

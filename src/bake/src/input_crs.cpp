@@ -4,6 +4,7 @@
 #include <gdal_alg.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -233,6 +234,36 @@ Result<OGRSpatialReference> chooseCrs(const std::string& crs, std::span<const In
   if (!one) return zoneFor(inputs);
   TERRANE_TRY(checkAxes(first, inputs.front().path));
   return first;
+}
+
+std::optional<Stretch> stretchAt(const OGRSpatialReference& crs, double x, double y) {
+  constexpr double kStepMeters = 100.0;
+  constexpr double kRadians = 0.017453292519943295;
+  const GdalMessages messages;
+  const OGRSpatialReference geographic = geographicOf(crs);
+  const std::unique_ptr<OGRCoordinateTransformation> transform(
+      OGRCreateCoordinateTransformation(&crs, &geographic));
+  const double unit = crs.GetLinearUnits();
+  if (!transform || !(unit > 0.0)) return std::nullopt;
+  const double step = kStepMeters / unit;
+  std::array<double, 4> xs = {x - step, x + step, x, x}, ys = {y, y, y - step, y + step};
+  if (transform->Transform(4, xs.data(), ys.data()) == FALSE) return std::nullopt;
+
+  // So near each other that the ellipsoid's two radii of curvature are all that counts.
+  const double a = geographic.GetSemiMajor(), flattening = 1.0 / geographic.GetInvFlattening();
+  const double squared = std::isfinite(flattening) ? flattening * (2.0 - flattening) : 0.0;
+  const double sine = std::sin(kRadians * 0.5 * (ys[2] + ys[3]));
+  const double root = std::sqrt(1.0 - squared * sine * sine);
+  const double alongParallel = a / root * std::sqrt(1.0 - sine * sine);
+  const double alongMeridian = a * (1.0 - squared) / (root * root * root);
+  const auto stretch = [&](size_t i) {
+    const double longitude = std::remainder(xs[i + 1] - xs[i], 360.0);
+    return 2.0 * kStepMeters /
+           std::hypot(alongParallel * kRadians * longitude, alongMeridian * kRadians * (ys[i + 1] - ys[i]));
+  };
+  const Stretch out{stretch(0), stretch(2)};
+  if (!std::isfinite(out.east) || !std::isfinite(out.north)) return std::nullopt;
+  return out;
 }
 
 std::string crsDisplayName(const OGRSpatialReference& crs) {

@@ -2,6 +2,7 @@
 
 #include <ogr_spatialref.h>
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -22,6 +23,14 @@ bool sameCrs(const OGRSpatialReference& a, const OGRSpatialReference& b);
 /// and 80 S polar stereographic; on other bodies a transverse Mercator (or polar stereographic) of that body.
 /// Errors: not projected, axes that do not run east and north, inputs too wide for one zone.
 Result<OGRSpatialReference> chooseCrs(const std::string& crs, std::span<const InputRaster> inputs);
+
+/// How many units of length a projected CRS shows for one on the ground there, to the east and to the north;
+/// 1 where it is true to scale. Nothing where the place cannot be told.
+struct Stretch {
+  double east = 1.0;
+  double north = 1.0;
+};
+std::optional<Stretch> stretchAt(const OGRSpatialReference& crs, double x, double y);
 
 /// A name for people, also where the CRS has none.
 std::string crsDisplayName(const OGRSpatialReference& crs);

@@ -14,6 +14,9 @@
 namespace terrane {
 namespace {
 
+/// By so much a map may be longer than the ground before anybody is told: national grids stay far below.
+constexpr double kUnseenStretch = 1.02;
+
 constexpr double kSquareTolerance = 0.01;   // x against y spacing, of an input that is taken sample by sample
 constexpr double kSpacingTolerance = 1e-6;  // its spacing against the lattice's
 constexpr double kPlaceTolerance = 0.01;    // samples off the lattice
@@ -379,6 +382,20 @@ Result<PlacedSource> placeInputs(std::vector<InputRaster> inputs, const SourceOp
   if (plan.extentCols < 2 || plan.extentRows < 2) {
     return makeError("{}: too small, {} x {} samples on the dataset's grid; needs at least 2 x 2",
                      source.inputs.front().raster.path, plan.extentCols, plan.extentRows);
+  }
+
+  const auto stretch =
+      stretchAt(crs, plan.frame.originEasting + 0.5 * static_cast<double>(plan.extentCols) * grid.spacingX,
+                plan.frame.originNorthing - 0.5 * static_cast<double>(plan.extentRows) * grid.spacingY);
+  const double most = stretch ? std::max(stretch->east, stretch->north) : 1.0;
+  const double least = stretch ? std::min(stretch->east, stretch->north) : 1.0;
+  if (most > kUnseenStretch || least < 1.0 / kUnseenStretch) {
+    progress.warn(fmt::format(
+        "{}: shows distances in the middle of this ground {} times as long as they are; slopes and lengths "
+        "will be wrong by as much. --crs with a projection made for the place (a UTM zone) keeps them",
+        plan.crsName,
+        most - least < 0.01 * most ? fmt::format("{:.3g}", most)
+                                   : fmt::format("{:.3g} to {:.3g}", least, most)));
   }
 
   // The smallest world that holds them all, with a level for the coarsest.

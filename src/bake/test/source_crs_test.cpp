@@ -116,6 +116,23 @@ TEST(SourceCrs, TakesTheUsersWord) {
   EXPECT_HAS(openError(options), "--source-crs nonsense");
 }
 
+TEST(SourceCrs, WarnsWhereTheMapIsLongerThanTheGround) {
+  TempFolder folder;
+  const auto warningsOf = [&](const std::string& crs, double west, double north, double spacing) {
+    writeRaster(folder / "a.tif", {.crs = crs, .geoTransform = {west, spacing, 0.0, north, 0.0, -spacing}});
+    test::ListeningProgress listening;
+    EXPECT_TRUE(openSource(from({folder / "a.tif"}), listening).ok());
+    return listening.all();
+  };
+  // Web Mercator at 60 degrees north, twice as long; at the equator; a UTM zone far from its meridian; feet.
+  EXPECT_HAS(warningsOf("EPSG:3857", 1e6, 8399737.0, 10.0), "2 times as long");
+  EXPECT_EQ(warningsOf("EPSG:3857", 1e6, 0.0, 10.0), "");
+  EXPECT_EQ(warningsOf("EPSG:32632", 800000.0, 5.5e6, 10.0), "");
+  EXPECT_EQ(warningsOf("EPSG:2263", 980000.0, 200000.0, 30.0), "");
+  // Plate carree is true along meridians only.
+  EXPECT_HAS(warningsOf("EPSG:32662", 0.0, 6679169.4, 100.0), "0.999 to 1.99 times as long");
+}
+
 TEST(SourceCrs, RefusesWhatNoZoneCovers) {
   TempFolder folder;
   writeRaster(

@@ -8,8 +8,13 @@ namespace {
 
 /// How far the ground may stand above the line and still be called level with it: rounding, no more.
 constexpr double kToleranceMeters = 1e-6;
+constexpr double kEarthRadiusMeters = 6371008.8;
 
 }  // namespace
+
+double sightRadiusMeters(double refraction) {
+  return kEarthRadiusMeters / (1.0 - refraction);
+}
 
 SightResult lookAlong(std::span<const SurfacePiece> pieces, const SightLine& line) {
   SightResult result;

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "terrane/engine/line_orders.h"
 #include "terrane/engine/tile_orders.h"
 #include "terrane/stream/decode_orders.h"
 
@@ -17,7 +18,8 @@ constexpr Runner runnerOf() {
   return {Order::kKind, runPacked<Order>};
 }
 constexpr std::array kRunners = {runnerOf<DecodeElevation>(), runnerOf<SketchElevation>(),
-                                 runnerOf<DecodePicture>(), runnerOf<PrepareTile>(), runnerOf<MakeMeshes>()};
+                                 runnerOf<DecodePicture>(),   runnerOf<PrepareTile>(),
+                                 runnerOf<MakeMeshes>(),      runnerOf<PrepareLines>()};
 
 constexpr bool areKindsDifferent() {
   for (size_t i = 0; i < kRunners.size(); ++i)

@@ -75,6 +75,17 @@ class TerrainView::State {
         {.leastTau = options.selection.tolerancePixels, .mostTau = options.selection.tolerancePixels});
   }
 
+  void setRenderer(TerrainRenderer* renderer) {
+    renderer_ = renderer;
+    tiles_.reset();
+    imagery_.reset();
+    cut_ = Cut();
+    history_ = MorphHistory();
+    lastChosenSeconds_.reset();
+    lastCamera_.reset();
+    requested_ = true;
+  }
+
   Result<bool> update(const Camera& camera, double nowSeconds) {
     ++frame_;
     stream_.poll(nowSeconds);
@@ -155,6 +166,7 @@ class TerrainView::State {
     imagery_ = std::make_unique<ViewImagery>(stream_, renderer_, static_cast<size_t>(pictures));
     if (imageryLayers_) imagery_->setLayers(*imageryLayers_);
     imagery_->setShown(hasImagery);
+    order_ = {TileId{}};
     return {};
   }
 
@@ -231,7 +243,8 @@ class TerrainView::State {
       wishes.push_back(wishFor(wish, tau, 1.0));
       order_.push_back(wish.tile);
     }
-    if (options_.predict) {
+    // note: of a root that is not here yet nothing can be told.
+    if (options_.predict && tiles_->has(TileId{})) {
       const auto isStored = [this](TileId id) { return stream_.isStored({TileKey::kElevation, id}); };
       for (const TileWish& wish : predictWishes(cut_.wishes, selection, manifest.frame, manifest.scale,
                                                 camera, *tiles_, isStored, kMostPredicted)) {
@@ -320,7 +333,7 @@ class TerrainView::State {
   static constexpr int kLooks = 3;
   std::array<std::vector<StreamWish>, kLooks> prefetch_;
   int lastLook_ = kAround;
-  std::vector<TileId> order_ = {TileId{}};  ///< wished tiles, as the last choice had them
+  std::vector<TileId> order_;  ///< wished tiles, as the last choice had them
   uint64_t frame_ = 0;
   uint64_t chosenFrame_ = 0;  ///< of the last choice: what it draws from stays
   uint64_t heldChanges_ = 0;  ///< of the tiles that the stream holds
@@ -338,6 +351,12 @@ TerrainView::TerrainView(std::unique_ptr<Transport> transport, Workers& workers,
     : state_(std::make_unique<State>(std::move(transport), workers, renderer, options)) {}
 TerrainView::~TerrainView() = default;
 
+void TerrainView::setRenderer(TerrainRenderer* renderer) {
+  state_->setRenderer(renderer);
+}
+void TerrainView::open(double nowSeconds) {
+  state_->stream_.poll(nowSeconds);
+}
 Result<bool> TerrainView::update(const Camera& camera, double nowSeconds) {
   return state_->update(camera, nowSeconds);
 }

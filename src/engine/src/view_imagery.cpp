@@ -94,9 +94,11 @@ void ViewImagery::choose(const Camera& camera, double exaggeration, const Reside
                          uint64_t frame) {
   needs_.clear();
   if (!shown_ || !isLayerShown()) return;
-  needs_ = selectImagery(
-      {camera, exaggeration, stream_.manifest(), heights, [this](TileId id) { return hasDeeper(id); }},
-      resident_.capacity());
+  // Before anything is known of the ground, what a picture needs would be a guess.
+  const bool knowsGround = heights.find(TileId{}) != nullptr;
+  needs_ = selectImagery({camera, exaggeration, stream_.manifest(), heights,
+                          [&](TileId id) { return knowsGround && hasDeeper(id); }},
+                         resident_.capacity());
   for (const ImageryNeed& need : needs_) resident_.need(need.tile, frame);
   dropStale();
 }

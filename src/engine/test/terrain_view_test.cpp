@@ -94,6 +94,24 @@ TEST_F(TerrainViewTest, SettlesOnTheCutThatEverythingResidentGives) {
   EXPECT_LE(seen.view->report().mostFramesUntilUsed, 2);
 }
 
+TEST_F(TerrainViewTest, AnotherRendererFindsWhatIsDecoded) {
+  Seen seen = see();
+  const Camera camera = cameraAt(9000.0, -12000.0, 900.0);
+  seen.view->open(0.0);
+  EXPECT_EQ(seen.view->phase(), StreamPhase::Opening);
+  seen.settle(camera);
+  const auto before = patchesOf(seen.view->cut());
+  const uint64_t requests = seen.view->report().stream.requests;
+  const uint64_t decoded = seen.view->report().stream.tilesDecoded;
+  seen.view->setRenderer(nullptr);
+  EXPECT_TRUE(seen.view->cut().patches.empty());
+  EXPECT_TRUE(seen.update(camera));
+  seen.settle(camera);
+  EXPECT_EQ(patchesOf(seen.view->cut()), before);
+  EXPECT_EQ(seen.view->report().stream.requests, requests);
+  EXPECT_EQ(seen.view->report().stream.tilesDecoded, decoded);
+}
+
 TEST_F(TerrainViewTest, NothingIsDrawnWhereNothingChanged) {
   Seen seen = see();
   const Camera camera = cameraAt(3000.0, -9000.0, 700.0);

@@ -9,6 +9,7 @@
 #include "random_tiles.h"
 #include "terrane/codec/elevation_codec.h"
 #include "terrane/codec/packed.h"
+#include "terrane/engine/line_orders.h"
 #include "terrane/engine/run_order.h"
 #include "terrane/stream/decode_orders.h"
 
@@ -39,7 +40,7 @@ void expectToTravel(const Order& order, std::mt19937& random) {
   taken.clear();
   const std::span<const uint8_t> sentBytes = sent.bytes(), answerBytes = answer.bytes();
   for (size_t i = 0; i < 100; ++i) {
-    const auto some = [&](size_t size) { return i < 50 ? i : random() % size; };
+    const auto some = [&](size_t size) { return i < 50 && i < size ? i : random() % size; };
     Packer nothing;
     EXPECT_FALSE(runOrder(work.kind(), sentBytes.first(some(sentBytes.size())), nothing).ok());
     EXPECT_FALSE(work.takeAnswer(answerBytes.first(some(answerBytes.size()))).ok());
@@ -114,6 +115,21 @@ TEST(TileOrders, ATileThatIsThereIsNotSentAgain) {
   EXPECT_FALSE(runOrder(PrepareTile::kKind, named.bytes(), nothing).ok());
   EXPECT_FALSE(runOrder(PrepareTile::kKind, named.bytes(), nothing, &empty).ok());
   EXPECT_TRUE(runOrder(PrepareTile::kKind, named.bytes(), nothing, &kept).ok());
+}
+
+TEST(TileOrders, LinesTravel) {
+  std::mt19937 random(24);
+  std::uniform_real_distribution<double> place(-5000.0, 5000.0);
+  for (const size_t count : {0, 1, 40}) {
+    auto lines = std::make_shared<std::vector<GroundLine>>(count);
+    for (GroundLine& line : *lines) {
+      for (size_t i = random() % 30; i > 0; --i) line.corners.emplace_back(place(random), place(random));
+      line.srgba = {0.2F, 0.4F, 0.6F, 0.5F};
+      line.width = 1.0 + static_cast<double>(random() % 9);
+      line.isWidthInMeters = random() % 2 == 0;
+    }
+    expectToTravel(PrepareLines{lines}, random);
+  }
 }
 
 TEST(TileOrders, WhatIsNoOrderIsAnError) {

@@ -1,11 +1,8 @@
 #include "line_layer.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <glm/vec4.hpp>
 #include <memory>
-#include <utility>
 
 #include "shader_library.h"
 #include "stage_units.h"
@@ -15,10 +12,6 @@ namespace {
 
 /// Of the pictures that tables are folded into, a megabyte each; the shader has the same numbers.
 constexpr int kColumns = 1024, kRows = 64;
-
-float linearFromSrgb(float c) {
-  return c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
-}
 
 }  // namespace
 
@@ -45,9 +38,9 @@ Status LineLayer::upload(gpu::TextureArray& target, const void* texels, size_t c
   return {};
 }
 
-Status LineLayer::set(std::span<const GroundLine> lines) {
+Status LineLayer::set(const PreparedLines& lines) {
   grid_ = {};
-  LineGrid grid = makeLineGrid(lines);
+  const LineGrid& grid = lines.grid;
   if (grid.levels == 0) return {};
   if (program_ == nullptr) {
     TERRANE_ASSIGN(gpu::Program made, makeProgram(context_, ProgramRecipes{}.groundLines));
@@ -57,22 +50,16 @@ Status LineLayer::set(std::span<const GroundLine> lines) {
     made.setSampler("uLineStyles", kLineStylesUnit);
     program_ = std::make_unique<gpu::Program>(std::move(made));
   }
-  std::vector<glm::vec4> styles;
-  for (const GroundLine& line : lines) {
-    const auto part = [&](size_t i) { return std::clamp(line.srgba[i], 0.0F, 1.0F); };
-    styles.emplace_back(linearFromSrgb(part(0)), linearFromSrgb(part(1)), linearFromSrgb(part(2)), part(3));
-    const auto half = static_cast<float>(0.5 * line.width);
-    styles.emplace_back(line.isWidthInMeters ? 0.0F : half, line.isWidthInMeters ? half : 0.0F, 0.0F, 0.0F);
-  }
   TERRANE_TRY(upload(cells_, grid.slots.data(), grid.slots.size()));
   TERRANE_TRY(upload(entries_, grid.entries.data(), grid.entries.size()));
-  TERRANE_TRY(upload(styles_, styles.data(), styles.size()));
+  TERRANE_TRY(upload(styles_, lines.styles.data(), lines.styles.size()));
 
   // Lists and table are on the GPU now.
-  grid_ = std::move(grid);
-  slotCount_ = static_cast<int>(grid_.slots.size());
-  grid_.slots = {};
-  grid_.entries = {};
+  slotCount_ = static_cast<int>(grid.slots.size());
+  grid_.finestCellMeters = grid.finestCellMeters;
+  grid_.levels = grid.levels;
+  grid_.reachMeters = grid.reachMeters;
+  grid_.reachPixels = grid.reachPixels;
   return {};
 }
 

@@ -1,10 +1,8 @@
 #pragma once
 
 #include <memory>
-#include <span>
-#include <vector>
 
-#include "line_grid.h"
+#include "prepared_lines.h"
 #include "terrane/base/result.h"
 #include "terrane/gpu/framebuffer.h"
 #include "terrane/gpu/program.h"
@@ -22,7 +20,7 @@ class LineLayer {
 
   /// Replaces all lines. Errors: the GPU cannot hold them, or the driver does not take the shader; then there
   /// are none.
-  Status set(std::span<const GroundLine> lines);
+  Status set(const PreparedLines& lines);
   bool isEmpty() const { return grid_.levels == 0; }
   size_t gpuBytes() const { return cells_.sizeBytes() + entries_.sizeBytes() + styles_.sizeBytes(); }
 

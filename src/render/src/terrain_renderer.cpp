@@ -339,6 +339,9 @@ void TerrainRenderer::dropImagery(TileId id) {
 }
 
 Status TerrainRenderer::setLines(std::span<const GroundLine> lines) {
+  return setPreparedLines(*prepareLines(lines));
+}
+Status TerrainRenderer::setPreparedLines(const PreparedLines& lines) {
   return parts_->stages.lines.set(lines);
 }
 Status TerrainRenderer::setPass(const std::string& name, std::string_view fragment, glm::dvec3 originLocal) {

@@ -16,9 +16,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Answer = QueryResult<std::string>;
 
-/// WGS 84's mean radius: for a line of sight the ellipsoid's two radii differ too little to matter.
-constexpr double kEarthRadiusMeters = 6371008.8;
-
 Json orNull(const std::optional<double>& number) {
   return number ? Json(*number) : Json(nullptr);
 }
@@ -108,7 +105,7 @@ Result<QueryResult<Json>> sight(Surface& surface, const Manifest& manifest, cons
   line.fromHeight = *fromGround + query.eyeMeters;
   line.toHeight = *toGround + query.targetMeters;
   line.lengthMeters = length;
-  line.radiusMeters = query.curvature ? kEarthRadiusMeters / (1.0 - query.refraction) : 0.0;
+  line.radiusMeters = query.curvature ? sightRadiusMeters(query.refraction) : 0.0;
   const SightResult result = lookAlong(*pieces, line);
   out["visible"] = result.visible;
   out["fromHeightMeters"] = line.fromHeight;

@@ -14,7 +14,9 @@
 /// HTTP in browsers: their fetch(), which they call back from between two of the page's own turns.
 
 // Begins a request and tells the transport `self` of what comes, by terrane_fetch_head(), _room() and _end(),
-// until terrane_fetch_stop(). `range`: "bytes=0-99", or empty for all. `cache` is fetch()'s own word.
+// until terrane_fetch_stop(). `range`: "bytes=0-99", or empty for all. `cache` is fetch()'s own word. What
+// the page has asked for before the engine was there (EngineOptions.early of web/package/src/engine.ts) is
+// taken from there, once.
 // clang-format off
 EM_JS(void, terrane_fetch_start, (void* self, uint32_t serial, const char* url, const char* range, const char* cache,
                                   double stallSeconds), {
@@ -28,8 +30,9 @@ EM_JS(void, terrane_fetch_start, (void* self, uint32_t serial, const char* url, 
     if (!isWanted()) return;
     requests.delete(serial);
     controller.abort();
-    _terrane_fetch_end(self, serial, how);
+    _terrane_fetch_end(self, serial, how, tookSeconds);
   };
+  let tookSeconds = NaN;
   let timer = 0;
   const moved = () => {
     clearTimeout(timer);
@@ -37,37 +40,52 @@ EM_JS(void, terrane_fetch_start, (void* self, uint32_t serial, const char* url, 
   };
   moved();
 
-  const headers = {};
-  if (HEAPU8[range]) headers["Range"] = UTF8ToString(range);
-  const options = { "headers": headers, "signal": controller.signal, "cache": UTF8ToString(cache) };
-  fetch(UTF8ToString(url), options).then((response) => {
-    if (!isWanted()) return;
-    moved();
-    // The fields that decide whether the bytes can be used; which of them a page may see is the server to say.
+  // The fields that decide whether the bytes can be used; which of them a page may see is the server to say.
+  const head = (status, fields, isForeign) => {
     let text = "";
     ["content-range", "etag", "last-modified", "content-encoding"].forEach((name) => {
-      const value = response.headers.get(name);
+      const value = fields.get(name);
       if (value !== null) text += name + ":" + value + "\n";
     });
-    const after = response.headers.get("retry-after");
+    const after = fields.get("retry-after");
     const seconds = after === null ? 0 : isNaN(after) ? (Date.parse(after) - Date.now()) / 1000 : Number(after);
-    const head = new TextEncoder().encode(text);
-    const headAt = _terrane_fetch_head(self, serial, response.status, seconds || 0, response.type === "cors", head.length);
-    HEAPU8.set(head, headAt);
+    const bytes = new TextEncoder().encode(text);
+    const at = _terrane_fetch_head(self, serial, status, seconds || 0, isForeign, bytes.length);
+    HEAPU8.set(bytes, at);
+  };
+  // Is more wanted?
+  const give = (bytes) => {
+    const at = bytes.length > 0 ? _terrane_fetch_room(self, serial, bytes.length) : 1;
+    if (bytes.length > 0 && at !== 0) HEAPU8.set(bytes, at);
+    return at !== 0;
+  };
+  const takeEarly = (answer) => {
+    tookSeconds = answer["seconds"];
+    head(answer["status"], answer["headers"], false);
+    end(give(answer["bytes"]) ? 0 : 1);
+  };
+  const take = (response) => {
+    moved();
+    head(response.status, response.headers, response.type === "cors");
     if (response.body === null) return end(0);
     const reader = response.body.getReader();
     const next = () => reader.read().then((part) => {
       if (!isWanted()) return;
       moved();
       if (part.done) return end(0);
-      if (part.value.length === 0) return next();
-      const at = _terrane_fetch_room(self, serial, part.value.length);
-      if (at === 0) return end(1);
-      HEAPU8.set(part.value, at);
-      return next();
+      return give(part.value) ? next() : end(1);
     });
     return next();
-  }).catch(() => end(2));
+  };
+
+  const options = { "headers": {}, "signal": controller.signal, "cache": UTF8ToString(cache) };
+  if (HEAPU8[range]) options["headers"]["Range"] = UTF8ToString(range);
+  const address = UTF8ToString(url);
+  const ask = () => fetch(address, options).then((response) => isWanted() && take(response));
+  const early = Module["early"];
+  const promised = early && options["cache"] === "no-cache" ? early.get(address) : undefined;
+  if (promised) early.delete(address);
+  (promised ? promised.then((answer) => isWanted() && (answer === null ? ask() : takeEarly(answer))) : ask()).catch(() => end(2));
 });
 
 EM_JS(void, terrane_fetch_stop, (uint32_t serial), {
@@ -176,12 +194,13 @@ class WebTransport final : public Transport {
     return transfer.bytes.data() + before;
   }
 
-  void onEnd(uint32_t serial, End end) {
+  void onEnd(uint32_t serial, End end, double tookSeconds) {
     const auto at = underway_.find(serial);
     Transfer transfer = std::move(at->second);
     underway_.erase(at);
     FetchAnswer answer{.id = transfer.id, .bytes = {}, .failure = judge(transfer, end)};
     if (!answer.failure) answer.bytes = std::move(transfer.bytes);
+    if (tookSeconds >= 0.0) answer.tookSeconds = tookSeconds;
     answers_.push_back(std::move(answer));
     startWaiting();
   }
@@ -262,7 +281,8 @@ EMSCRIPTEN_KEEPALIVE char* terrane_fetch_head(terrane::WebTransport* self, uint3
 EMSCRIPTEN_KEEPALIVE uint8_t* terrane_fetch_room(terrane::WebTransport* self, uint32_t serial, size_t bytes) {
   return self->onBytes(serial, bytes);
 }
-EMSCRIPTEN_KEEPALIVE void terrane_fetch_end(terrane::WebTransport* self, uint32_t serial, int how) {
-  self->onEnd(serial, static_cast<terrane::End>(how));
+EMSCRIPTEN_KEEPALIVE void terrane_fetch_end(terrane::WebTransport* self, uint32_t serial, int how,
+                                            double tookSeconds) {
+  self->onEnd(serial, static_cast<terrane::End>(how), tookSeconds);
 }
 }

@@ -182,7 +182,8 @@ class TileStream::State {
     }
     offlineTries_ = 0;
     statistics_.bytesReceived += answer.bytes.size();
-    line_.answered(request.started, now_, answer.bytes.size());
+    line_.answered(answer.tookSeconds ? now_ - *answer.tookSeconds : request.started, now_,
+                   answer.bytes.size());
     switch (request.what) {
       case What::Manifest:
         if (const Status status = archives_.setManifest(answer.bytes, transport_->where()); !status.ok())

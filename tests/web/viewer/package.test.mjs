@@ -48,6 +48,8 @@ after(async () => {
 
 async function openPage() {
   const page = await newPage(browser);
+  page.asked = [];
+  page.on("request", (request) => page.asked.push(new URL(request.url()).pathname));
   await page.goto(address);
   await page.evaluate(() => window.terraneViewer.ready);
   await page.waitForFunction(() => window.terraneViewer.isSettled, null, { timeout: kPatience });
@@ -58,6 +60,10 @@ test("the packed package draws in a page of another origin, decoding in workers"
   const page = await openPage();
   const { triangles, renderer } = await page.evaluate(() => window.terraneViewer.statistics());
   assert.ok(triangles > 100 && renderer !== "");
+  // It is asked for before the engine has come, and the engine takes that answer.
+  const manifest = page.asked.findIndex((path) => path.endsWith("/manifest.json"));
+  assert.equal(page.asked.filter((path) => path.endsWith("/manifest.json")).length, 1);
+  assert.ok(manifest < page.asked.findIndex((path) => path.endsWith("/elevation.pmtiles")));
   assert.ok(page.workers().length > 0, "no worker");
   assert.deepEqual(page.errors, []);
   await page.evaluate(() => window.terraneViewer.dispose());
@@ -112,5 +118,60 @@ test("a pass that does not compile is refused with the compiler's words, and not
   assert.match(message, /"wrong" does not compile[\s\S]*colour/);
   const triangles = await page.evaluate(async () => (await window.terraneViewer.screenshot(), window.terraneViewer.statistics().triangles));
   assert.ok(triangles > 100);
+  await page.context().close();
+});
+
+test("the manifest is asked for early where the engine will look for it", async () => {
+  const { manifestUrl } = await import(join(kRoot, "web/package/dist/early.js"));
+  for (const [dataset, url] of [
+    ["https://host/alps.terrane", "https://host/alps.terrane/manifest.json"],
+    ["https://host/alps.terrane//", "https://host/alps.terrane/manifest.json"],
+    ["https://host/alps.terrane/manifest.json", "https://host/alps.terrane/manifest.json"],
+    ["https://host/alps.terrane/?key=a/b#here", "https://host/alps.terrane/manifest.json?key=a/b"],
+  ]) {
+    assert.equal(manifestUrl(dataset), url);
+  }
+});
+
+test("many lines are prepared aside, and look as they would at once", async () => {
+  const page = await openPage();
+  const { many, few, waited } = await page.evaluate(async () => {
+    const { terraneViewer: viewer } = window;
+    const settled = async () => {
+      let steps = 0;
+      for (; steps === 0 || !viewer.isSettled; ++steps) await new Promise((resolve) => setTimeout(resolve, 50));
+      return steps;
+    };
+    const red = async () => {
+      const bitmap = await createImageBitmap(await viewer.screenshot());
+      const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+      context.drawImage(bitmap, 0, 0);
+      const { data } = context.getImageData(0, 0, bitmap.width, bitmap.height);
+      let count = 0;
+      for (let i = 0; i < data.length; i += 4) count += data[i] > 240 && data[i + 1] < 20 && data[i + 2] < 20 ? 1 : 0;
+      return count;
+    };
+    const { west, south, east, north } = viewer.dataset.bounds;
+    // A straight line, which is the same with however many corners.
+    const line = (corners) => ({
+      points: Array.from({ length: corners }, (_, i) => {
+        const share = 0.1 + (0.8 * i) / (corners - 1);
+        return { easting: west + share * (east - west), northing: south + share * (north - south) };
+      }),
+      color: "#ff0000",
+      widthPixels: 6,
+    });
+    viewer.setLine("line", line(2));
+    await settled();
+    const few = await red();
+    viewer.removeLine("line");
+    await settled();
+    viewer.setLine("line", line(20000));
+    const waited = await settled();
+    return { few, many: await red(), waited };
+  });
+  assert.ok(few > 500, `${few} pixels`);
+  assert.ok(Math.abs(many - few) <= 0.01 * few, `${many} pixels instead of ${few}, after ${waited} looks`);
+  assert.deepEqual(page.errors, []);
   await page.context().close();
 });

@@ -202,6 +202,8 @@ test("the graphics are taken away and come back", async () => {
   const page = await newPage(browser);
   await openViewer(page, server.url);
   const triangles = await page.evaluate(() => window.terraneViewer.statistics().triangles);
+  const asked = [];
+  page.on("request", (request) => asked.push(request.url()));
   await page.evaluate(() => {
     window.lose = window.terraneViewer.canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
     window.lose.loseContext();
@@ -212,6 +214,7 @@ test("the graphics are taken away and come back", async () => {
   await page.locator(".banner").waitFor({ state: "hidden" });
   await settled(page);
   assert.equal(await page.evaluate(() => window.terraneViewer.statistics().triangles), triangles);
+  assert.deepEqual(asked, [], "what is decoded stays");
   assert.ok((await page.evaluate(async () => (await window.terraneViewer.screenshot()).size)) > 20_000);
   await page.context().close();
 });

@@ -16,6 +16,7 @@ import {
   placeAt,
   resultOf,
   serve,
+  settled,
   text,
   transform,
 } from "./harness.mjs";
@@ -147,6 +148,37 @@ test("profile: the plot has the server's heights, and pointing at it shows the p
   assert.ok(near(height, asked.heightsMeters[0], 3));
 });
 
+test("marks behind a hill are faint, those before it are not", async () => {
+  await page.keyboard.press("p");
+  // The panel covers the south.
+  const places = [];
+  for (const x of [0.2, 0.4, 0.6, 0.8]) for (const y of [0.7, 0.8, 0.9]) places.push(await clickGround(page, x, y));
+  const stand = await placeAt(page, 0.1, 0.1);
+  await page.evaluate(({ easting, northing }) => {
+    const { terraneViewer: viewer } = window;
+    viewer.setView({ easting, northing, height: viewer.elevationAt(easting, northing) + 900, heading: 45, pitch: -5, fov: 80 });
+  }, stand);
+  await settled(page);
+  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+  // From the eye to half a metre above each.
+  const to = places.map(pair).join(";");
+  const told = await server.ask(`/d/hills/line-of-sight?from=${pair(stand)}&to=${to}&eye=900&target=0.5`);
+  const marks = await page.evaluate(() =>
+    [...document.querySelectorAll(".mark")].map((mark) => ({ isBehind: mark.classList.contains("is-behind"), isShown: mark.getAttribute("visibility") === "visible" })),
+  );
+  assert.equal(marks.length, places.length);
+  let faint = 0;
+  marks.forEach(({ isBehind, isShown }, i) => {
+    if (!isShown) return;
+    faint += isBehind ? 1 : 0;
+    assert.ok(!(isBehind && told.results[i].visible && told.results[i].certain), `${i} is seen: ${JSON.stringify(told.results[i])}`);
+  });
+  const hidden = told.results.filter((result) => !result.visible).length;
+  assert.ok(hidden > 1 && hidden < places.length && faint > 0 && faint <= hidden, `${faint} of ${marks.length} are faint, ${hidden} hidden`);
+  await page.keyboard.press("Escape");
+  await lookDown(page);
+});
+
 test("profile: arrow keys move along it", async () => {
   await page.keyboard.press("p");
   await clickGround(page, 0.2, 0.8);
@@ -193,7 +225,7 @@ test("line of sight: seen and hidden as the server has it, with where the ground
     const a = await clickGround(page, ...from);
     const b = await clickGround(page, ...to);
     await page.locator(".verdict").waitFor();
-    const told = await server.ask(`/d/hills/line-of-sight?from=${pair(a)}&to=${pair(b)}&eye=1.7&target=30`);
+    const told = await server.ask(`/d/hills/line-of-sight?from=${pair(a)}&to=${pair(b)}&eye=1.7&target=30&curvature=true&refraction=0.13`);
     const [result] = told.results;
     if (!result.certain) continue;
     const verdict = await text(page, ".verdict");
@@ -218,6 +250,15 @@ test("line of sight: seen and hidden as the server has it, with where the ground
   const input = page.locator("[data-above=target]");
   await input.fill("9000");
   await page.locator(".verdict.is-good").waitFor();
+  // Over a flat earth the line keeps clear of the ground by more.
+  const [from, to] = await page.evaluate(() => window.terraneViewer.lines.get("sight/free").points);
+  const clearances = await page.evaluate(
+    ([from, to]) => [{}, { refraction: 0 }, { curvature: false }].map((way) => window.terraneViewer.lineOfSight(from, to, way).clearance),
+    [from, { ...to, above: 30 }],
+  );
+  assert.ok(clearances[1] <= clearances[0] && clearances[0] < clearances[2], clearances.join());
+  await page.getByLabel("Round earth").uncheck();
+  await page.getByText("As if the earth were flat").waitFor();
   await page.keyboard.press("Escape");
   assert.deepEqual(await lineIds(), []);
 });
@@ -298,6 +339,7 @@ const removeAll = () => page.evaluate(() => window.terraneApp.lines.lines.forEac
 const storedParts = () => page.evaluate(() => window.terraneApp.lines.lines.flatMap((line) => line.parts));
 
 test("files: GPX tracks and routes lie where GDAL puts them", async () => {
+  // The panel covers the south.
   const places = [];
   for (const [x, y] of [
     [0.2, 0.2],
@@ -324,6 +366,7 @@ test("files: GPX tracks and routes lie where GDAL puts them", async () => {
 });
 
 test("files: GeoJSON in WGS 84, in the dataset's CRS by its member or by its numbers, in web Mercator", async () => {
+  // The panel covers the south.
   const places = [];
   for (const [x, y] of [
     [0.3, 0.3],

@@ -240,10 +240,12 @@ export interface Viewer {
   /** Where a place is on the canvas, CSS pixels; null behind the camera. (Ground before it is not considered.) */
   project(place: Place): { x: number; y: number } | null;
   profile(line: { easting: number; northing: number }[], samples?: number): ProfilePoint[];
-  /** Heights are above the ground. */
+  /** `above`: heights above the ground, 2 m. Over the earth's curvature, which a `refraction` (0.13 by day, below 1) of the air
+   * flattens; or without, as if the earth were flat. */
   lineOfSight(
     from: { easting: number; northing: number; above?: number },
     to: { easting: number; northing: number; above?: number },
+    options?: { curvature?: boolean; refraction?: number },
   ): Sight;
 
   /** Adds a line, or replaces the one of that id. */

@@ -11,14 +11,25 @@ export type MakeEngine = (options: EngineOptions) => Promise<Engine>;
 export interface EngineOptions {
   /** Where terrane.wasm is; absent: beside terrane.mjs. */
   locateFile?(name: string): string;
-  /** Makes a worker that runs `terrane_worker.mjs`'s jobs; absent, or where it throws: the engine decodes between frames. */
+  /** Gives a worker that runs `terrane_worker.mjs`'s jobs; absent, or where it throws: the engine decodes between frames. */
   makeWorker?(): Worker;
   /** How many of them. */
   workerCount?: number;
+  /** What was asked for before the engine was there, by address: `askEarly()`. Each answer is taken once. */
+  early?: Map<string, Promise<EarlyAnswer | null>>;
+}
+
+/** A whole answer, and how long it took. */
+export interface EarlyAnswer {
+  status: number;
+  headers: Headers;
+  bytes: Uint8Array;
+  seconds: number;
 }
 
 export interface Engine {
-  View: new (canvas: HTMLCanvasElement, datasetUrl: string, limits: EngineLimits) => EngineView;
+  /** Asks for the dataset's beginning at once. */
+  View: new (datasetUrl: string, limits: EngineLimits) => EngineView;
 }
 
 /** What a view may take. Megabytes are of 2^20 bytes. */
@@ -86,6 +97,13 @@ export interface EngineReport {
 export interface EngineView {
   delete(): void;
 
+  /** Takes in what has come of the dataset's beginning, and asks for what follows, as a frame does. */
+  open(): void;
+  /** Draws on this canvas from now on; why it cannot, `problem()` tells. What is decoded stays. */
+  attach(canvas: HTMLCanvasElement): void;
+  /** Draws on none, as when its context is lost: lines and stages are forgotten. */
+  detach(): void;
+
   /** Why nothing more will be drawn; empty while all is well. */
   problem(): string;
   /** What went wrong last without ending it; empty if nothing did. */
@@ -127,11 +145,11 @@ export interface EngineView {
   /** Heights at `count` equal distances along a line of easting and northing pairs: [distance, easting, northing, height, error]
    * each. A view into the engine's memory: copy it. */
   profile(corners: Float64Array, count: number): Float64Array;
-  /** From one point above the ground to another: [is seen (1 or 0), least clearance in metres, then, where the ground hides
+  /** From one point above the ground to another, over a round earth in air of this refraction (NaN: a flat one): [is seen (1 or 0), least clearance in metres, then, where the ground hides
    * it, where it first does: easting, northing, height]. A view into the engine's memory: copy it. */
   lineOfSight(
     fromEast: number, fromNorth: number, fromAboveGround: number,
-    toEast: number, toNorth: number, toAboveGround: number,
+    toEast: number, toNorth: number, toAboveGround: number, refraction: number,
   ): Float64Array;
 
   /** Replaces all lines on the ground. `corners`: easting and northing pairs of all lines, one after the other; `lines`: for each

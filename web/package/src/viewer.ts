@@ -7,6 +7,7 @@ import { FlyControls } from "./controls/fly.js";
 import type { CameraHost, Controls } from "./controls/host.js";
 import { MapControls } from "./controls/map.js";
 import { type DeviceDefaults, defaultsFor, detectProfile, isSoftwareRenderer } from "./device.js";
+import { askEarly, startWorkers } from "./early.js";
 import type { Engine, EngineReport, EngineView } from "./engine.js";
 import { Events } from "./events.js";
 import { FlightRecorder } from "./flight_recorder.js";
@@ -49,6 +50,7 @@ class TerraneViewer implements Viewer {
 
   private engine: Engine | null = null;
   private native: EngineView | null = null;
+  private isAttached = false;
   private info: DatasetInfo | null = null;
   private layerStates: LayerState[] = [];
   private current: View;
@@ -113,13 +115,16 @@ class TerraneViewer implements Viewer {
     try {
       const { assets } = this.options;
       const base = assets === undefined ? null : new URL(assets.endsWith("/") ? assets : assets + "/", location.href);
+      const workerCount = this.options.workers ?? this.device.workers;
       this.engine = await makeEngine({
         ...(base ? { locateFile: (name: string) => new URL(name, base).href } : {}),
-        makeWorker: () =>
+        makeWorker: startWorkers(workerCount, () =>
           base
             ? new Worker(new URL("worker.js", base), { type: "module" })
             : new Worker(new URL("./worker.js", import.meta.url), { type: "module" }),
-        workerCount: this.options.workers ?? this.device.workers,
+        ),
+        workerCount,
+        early: askEarly(this.url),
       });
     } catch (error) {
       this.fail("engine", `The engine did not load: ${error instanceof Error ? error.message : String(error)}`);
@@ -127,19 +132,25 @@ class TerraneViewer implements Viewer {
     }
     if (this.isDisposed) return;
     this.tellLoading({ phase: "dataset" });
-    this.makeView();
+    const native = new this.engine.View(this.url, this.device.limits);
+    // Making a context keeps this thread busy for a while. What follows the manifest, if that is here, can come in the meantime.
+    await new Promise((resolve) => setTimeout(resolve));
+    if (this.isDisposed) return native.delete();
+    native.open();
+    this.native = native;
+    this.attach(native);
   }
 
-  private makeView(): void {
-    if (this.engine === null || this.isDisposed) return;
-    const native = new this.engine.View(this.canvas, this.url, this.device.limits);
+  private attach(native: EngineView): void {
+    native.attach(this.canvas);
     const problem = native.problem();
     if (problem !== "") {
       native.delete();
+      this.native = null;
       this.fail("no-webgl2", `There is no WebGL2 here: ${problem}. Hardware acceleration may be switched off in the browser's settings.`);
       return;
     }
-    this.native = native;
+    this.isAttached = true;
     if (isSoftwareRenderer(native.rendererName())) {
       // Nobody asked for more: pictures drawn by the processor are as plain as they can be.
       const asked = this.options.settings ?? {};
@@ -159,8 +170,8 @@ class TerraneViewer implements Viewer {
     // Otherwise it would never come back.
     event.preventDefault();
     if (this.isDisposed) return;
-    this.native?.delete();
-    this.native = null;
+    this.isAttached = false;
+    this.native?.detach();
     this.setProblem({
       code: "context-lost",
       message: "The graphics were taken away from this page; the picture comes back when they do.",
@@ -171,7 +182,7 @@ class TerraneViewer implements Viewer {
   private contextRestored(): void {
     if (this.isDisposed) return;
     this.setProblem(null);
-    this.makeView();
+    if (this.native !== null) this.attach(this.native);
   }
 
   dispose(): void {
@@ -254,7 +265,7 @@ class TerraneViewer implements Viewer {
       } catch (error) {
         reportError(error);
       }
-      if (this.isDisposed || this.native === null || this.wrong?.isFatal) return;
+      if (this.isDisposed || !this.isAttached || this.wrong?.isFatal) return;
       // A page that rests costs nothing.
       if (isResting) this.timer = window.setTimeout(() => this.wake(), kIdleMilliseconds);
       else this.wake();
@@ -264,7 +275,7 @@ class TerraneViewer implements Viewer {
   /** A frame. Returns whether nothing moves and nothing more comes. */
   private step(): boolean {
     const { native } = this;
-    if (native === null) return true;
+    if (native === null || !this.isAttached) return true;
     const now = performance.now();
     const sinceLast = now - this.lastStep;
     const seconds = clamp(sinceLast / 1000, 0, 0.1);
@@ -586,10 +597,13 @@ class TerraneViewer implements Viewer {
   lineOfSight(
     from: { easting: number; northing: number; above?: number },
     to: { easting: number; northing: number; above?: number },
+    { curvature = true, refraction = 0.13 }: { curvature?: boolean; refraction?: number } = {},
   ): Sight {
+    if (!(refraction >= 0 && refraction < 1)) throw new RangeError("The refraction is a coefficient from 0 to 1: 0.13 is usual.");
     if (this.native === null || this.info === null) throw new Error("The dataset is not open yet: await viewer.ready.");
     const [seen, clearance = NaN, easting, northing, height] = this.native.lineOfSight(
       from.easting, from.northing, from.above ?? 2, to.easting, to.northing, to.above ?? 2,
+      curvature ? refraction : NaN,
     );
     const isHidden = seen !== 1 && easting !== undefined && northing !== undefined && height !== undefined;
     return { visible: seen === 1, clearance, blockedAt: isHidden ? { easting, northing, height } : null };
@@ -619,7 +633,7 @@ class TerraneViewer implements Viewer {
   }
 
   addPass(pass: Pass): void {
-    if (this.native && this.info) {
+    if (this.native && this.isAttached && this.info) {
       const trouble = this.givePass(this.native, pass);
       if (trouble !== "") throw new ViewerError({ code: "engine", message: `The pass "${pass.name}" does not compile:\n${trouble}`, isFatal: false });
     }

@@ -1,7 +1,7 @@
 /**
  * The script of a Web Worker that decodes for the engine, in a memory of its own. Orders come as `{ serial, kind, bytes, size }`,
  * answers go as `{ serial, bytes, size }`: the first `size` of a buffer that is handed over, and back with the answer if that
- * fits into it. It first says `{}`: ready; and `{ problem }` where it can do no more.
+ * fits into it. `{}` asks whether it is ready, and `{}` says so; `{ problem }`, that it can do no more.
  *
  * The browser's tests run this file as it is: it is JavaScript, too.
  */
@@ -13,6 +13,7 @@ makeWorkerModule().then(
   (module) => {
     scope.onmessage = (event) => {
       const { serial, kind, bytes, size } = event.data;
+      if (bytes === undefined) return scope.postMessage({});
       const room = module._terrane_order_room(size);
       module.HEAPU8.set(new Uint8Array(bytes, 0, size), room);
       const isAnswered = module._terrane_run_order(kind);
@@ -23,7 +24,6 @@ makeWorkerModule().then(
       new Uint8Array(back).set(answer);
       scope.postMessage({ serial, bytes: back, size: answer.length }, { transfer: [back] });
     };
-    scope.postMessage({});
   },
   (error) => scope.postMessage({ problem: `its module did not load: ${error}` }),
 );

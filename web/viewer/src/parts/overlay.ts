@@ -3,6 +3,9 @@ import { oncePerFrame, svg } from "./dom.js";
 
 export type MarkKind = "corner" | "start" | "hover" | "blocked" | "eye" | "target";
 
+/** Ground that is nearer than this share of the way to a mark hides it: the mark's own slope does not. */
+const kNearer = 0.97;
+
 interface Mark {
   place: Place;
   element: SVGGElement;
@@ -56,11 +59,22 @@ export class Overlay {
     return { ...place, height: this.viewer.elevationAt(place.easting, place.northing) ?? place.height };
   }
 
+  /** Is nearer ground before a place that is seen at a point of the canvas? */
+  private isBehind(place: Place, at: { x: number; y: number }): boolean {
+    const ground = this.viewer.pick(at.x, at.y);
+    if (ground === null) return false;
+    const { easting, northing } = this.viewer.view;
+    const away = (point: Place): number => Math.hypot(point.easting - easting, point.northing - northing);
+    return away(ground) < kNearer * away(place);
+  }
+
   private readonly update = oncePerFrame(() => {
     for (const { place, element } of this.marks.values()) {
       const at = this.viewer.project(this.onGround(place));
       element.setAttribute("visibility", at ? "visible" : "hidden");
-      if (at) element.setAttribute("transform", `translate(${at.x.toFixed(1)} ${at.y.toFixed(1)})`);
+      if (!at) continue;
+      element.setAttribute("transform", `translate(${at.x.toFixed(1)} ${at.y.toFixed(1)})`);
+      element.classList.toggle("is-behind", this.isBehind(place, at));
     }
     const from = this.bandFrom && this.viewer.project(this.onGround(this.bandFrom));
     this.band.setAttribute("visibility", from && this.bandTo ? "visible" : "hidden");

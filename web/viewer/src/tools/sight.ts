@@ -1,6 +1,6 @@
 import type { Place } from "terrane";
 import type { Panel } from "../app.js";
-import { resultRow } from "../parts/controls.js";
+import { resultRow, switchControl } from "../parts/controls.js";
 import { el, fill } from "../parts/dom.js";
 import { formatDistance, formatNumber } from "../parts/format.js";
 import { icon } from "../parts/icons.js";
@@ -21,6 +21,7 @@ export const sightTool: Panel = {
     const { viewer, overlay, dataset } = app;
     const results = el("div", { class: "results", "aria-live": "polite" });
     const above = { eye: kEyeMeters, target: 0 };
+    let isRound = true;
 
     const clear = (): void => {
       viewer.removeLine("sight/free");
@@ -34,7 +35,7 @@ export const sightTool: Panel = {
         fill(results, el("p", { class: "faint" }, eye ? "Click on what should be seen." : "Click on the ground where somebody stands."));
         return;
       }
-      const sight = viewer.lineOfSight({ ...eye, above: above.eye }, { ...target, above: above.target });
+      const sight = viewer.lineOfSight({ ...eye, above: above.eye }, { ...target, above: above.target }, { curvature: isRound });
       const distance = (a: Place, b: Place): number => Math.hypot(a.easting - b.easting, a.northing - b.northing) * dataset.metersPerUnit;
       const blockedAt = sight.visible ? null : sight.blockedAt;
       viewer.setLine("sight/free", {
@@ -66,7 +67,7 @@ export const sightTool: Panel = {
         el(
           "p",
           { class: "faint" },
-          `Over the ground that is here, whose heights are ± ${formatNumber(dataset.maxErrorMeters, 2)} m where all has come. Without the earth’s curvature.`,
+          `Over the ground that is here, whose heights are ± ${formatNumber(dataset.maxErrorMeters, 2)} m where all has come. ${isRound ? "Over a round earth, in air as it bends light by day (0.13)." : "As if the earth were flat."}`,
         ),
       );
     };
@@ -91,6 +92,10 @@ export const sightTool: Panel = {
       });
       return el("label", { class: "row" }, el("span", {}, label), el("span", { class: "unit" }, field, " m"));
     };
+    const round = switchControl("Round earth", isRound, (on) => {
+      isRound = on;
+      show();
+    });
     const stop = whenFiner(app, show);
     show();
     return {
@@ -98,7 +103,7 @@ export const sightTool: Panel = {
         "div",
         {},
         results,
-        el("div", { class: "group" }, input("Eye above the ground", "eye"), input("Target above the ground", "target")),
+        el("div", { class: "group" }, input("Eye above the ground", "eye"), input("Target above the ground", "target"), round.element),
         pathButtons(app, path),
       ),
       close: () => {

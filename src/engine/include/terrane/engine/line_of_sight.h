@@ -15,6 +15,11 @@ struct SightLine {
   double radiusMeters = 0.0;  ///< of the earth as the line sees it; 0 for a flat one
 };
 
+/// The earth's radius as a line of sight sees it, which air bends downwards: `refraction` is the usual
+/// coefficient, 0.13 by day, 0 or more and below 1. Of WGS 84 the mean radius: how the two of the ellipsoid
+/// differ does not matter here.
+double sightRadiusMeters(double refraction);
+
 /// What stands between.
 struct SightResult {
   bool visible = true;

@@ -64,13 +64,20 @@ struct ViewReport {
 /// renderer's context.
 class TerrainView {
  public:
-  /// All three must outlive the view. Without a `renderer` nothing is uploaded, and all that is decoded
-  /// counts as drawable: for measuring without drawing.
+  /// All three must outlive the view, or a renderer the next setRenderer(). Without a `renderer` nothing is
+  /// uploaded, and all that is decoded counts as drawable: for measuring without drawing.
   TerrainView(std::unique_ptr<Transport> transport, Workers& workers, TerrainRenderer* renderer,
               const ViewOptions& options = {});
   ~TerrainView();
   TerrainView(const TerrainView&) = delete;
   TerrainView& operator=(const TerrainView&) = delete;
+
+  /// Draws with another renderer from now on. What is decoded stays; what was on the old one's GPU is
+  /// uploaded again as it is needed.
+  void setRenderer(TerrainRenderer* renderer);
+  /// Asks for what the dataset begins with, as the first update() does: for callers that have something else
+  /// to do until then. The clock is update()'s.
+  void open(double nowSeconds);
 
   /// Takes in what has come, chooses what to draw and asks for what is missing. Returns whether the picture
   /// is another one than after the last call: camera, data, fading, tau, requestRender(). `nowSeconds` must

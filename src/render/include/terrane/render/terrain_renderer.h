@@ -16,7 +16,7 @@
 #include "terrane/gpu/context.h"
 #include "terrane/gpu/framebuffer.h"
 #include "terrane/lod/cut.h"
-#include "terrane/render/ground_lines.h"
+#include "terrane/render/prepare_lines.h"
 #include "terrane/render/prepare_tile.h"
 #include "terrane/render/render_style.h"
 #include "terrane/tiling/camera.h"
@@ -83,6 +83,8 @@ class TerrainRenderer {
   /// it. The first call compiles the shader. While there are any, frames draw the ground a second time,
   /// unlit. Errors: the GPU cannot hold them; then there are none.
   Status setLines(std::span<const GroundLine> lines);
+  /// The same, where finding out what is near took place elsewhere.
+  Status setPreparedLines(const PreparedLines& lines);
 
   /// Adds a stage of the caller's own over the finished ground and its lines, or replaces the one of that
   /// name in its place: GLSL ES 3.00 that defines `vec3 apply(Ground ground)`, which returns linear colour

@@ -40,6 +40,8 @@ struct FetchAnswer {
   uint64_t id = 0;
   std::vector<uint8_t> bytes;
   std::optional<FetchFailure> failure;
+  /// How long it took, where that is not the time since start(): somebody had asked before.
+  std::optional<double> tookSeconds{};
 };
 
 /// A way to a dataset's bytes: a directory, an HTTP address, a simulated line. Nothing here waits: requests
