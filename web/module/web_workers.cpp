@@ -121,6 +121,7 @@ void WebWorkers::send() {
     if (idlest < 0) return;
     Sent sent{idlest, waiting_.takeFirst()};
     packer_.clear();
+    packer_.sendTo(&workers_[static_cast<size_t>(idlest)].sent);
     sent.work->pack(packer_);
     terrane_workers_send(this, idlest, ++lastSerial_, sent.work->kind(), packer_.bytes().data(),
                          packer_.bytes().size());

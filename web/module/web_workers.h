@@ -45,6 +45,7 @@ class WebWorkers final : public Workers {
   struct Worker {
     bool ready = false;
     int orders = 0;  ///< that it has
+    SentObjects sent;
   };
   struct Sent {
     int worker = 0;

@@ -11,6 +11,7 @@ namespace {
 
 std::vector<uint8_t> order;
 terrane::Packer answer;
+terrane::KeptObjects kept;
 
 }  // namespace
 
@@ -24,7 +25,7 @@ EMSCRIPTEN_KEEPALIVE uint8_t* terrane_order_room(size_t bytes) {
 /// UTF-8, why not. Both stay until the next call.
 EMSCRIPTEN_KEEPALIVE bool terrane_run_order(uint32_t kind) {
   answer.clear();
-  const terrane::Status done = terrane::runOrder(kind, order, answer);
+  const terrane::Status done = terrane::runOrder(kind, order, answer, &kept);
   if (!done.ok()) answer.elements(done.error().message.data(), done.error().message.size());
   return done.ok();
 }

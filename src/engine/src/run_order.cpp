@@ -11,7 +11,7 @@ namespace {
 
 struct Runner {
   uint32_t kind;
-  Status (*run)(std::span<const uint8_t>, Packer&);
+  Status (*run)(std::span<const uint8_t>, Packer&, KeptObjects*);
 };
 template <class Order>
 constexpr Runner runnerOf() {
@@ -31,9 +31,9 @@ static_assert(areKindsDifferent());
 
 }  // namespace
 
-Status runOrder(uint32_t kind, std::span<const uint8_t> order, Packer& answer) {
+Status runOrder(uint32_t kind, std::span<const uint8_t> order, Packer& answer, KeptObjects* kept) {
   for (const Runner& runner : kRunners)
-    if (runner.kind == kind) return runner.run(order, answer);
+    if (runner.kind == kind) return runner.run(order, answer, kept);
   return makeError("there is no kind of order {}", kind);
 }
 

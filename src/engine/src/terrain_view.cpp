@@ -219,8 +219,10 @@ class TerrainView::State {
     imagery_->addWishes(wishes);
     if (options_.prefetch && options_.policy == StreamPolicy::Available) addPrefetch(wishes);
     stream_.want(wishes);
-    const std::vector<TileId> held = tiles_->tiles();
-    stream_.hold(held);
+    if (tiles_->changes() != heldChanges_) {
+      heldChanges_ = tiles_->changes();
+      stream_.hold(tiles_->tiles());
+    }
 
     lastCamera_ = camera;
     lastSelection_ = selection;
@@ -334,6 +336,7 @@ class TerrainView::State {
   std::vector<TileId> order_;  ///< wished tiles, as the last choice had them
   uint64_t frame_ = 0;
   uint64_t chosenFrame_ = 0;  ///< of the last choice: what it draws from stays
+  uint64_t heldChanges_ = 0;  ///< of the tiles that the stream holds
   double memoryFactor_ = 1.0;
   double lastSeconds_ = 0.0;
   double nextWishSeconds_ = 0.0;

@@ -21,15 +21,22 @@ const MeshLevel* TileMeshes::find(TileId id, int level) const {
 }
 
 void TileMeshes::add(TileId id, std::shared_ptr<const MeshLevel> meshes) {
-  const int level = meshes->level;
-  made_[id][level] = std::move(meshes);
+  std::shared_ptr<const MeshLevel>& kept = made_[id][meshes->level];
+  if (kept != nullptr) sizeBytes_ -= kept->sizeBytes();
+  sizeBytes_ += meshes->sizeBytes();
+  kept = std::move(meshes);
 }
 
-size_t TileMeshes::sizeBytes() const {
-  size_t out = 0;
-  for (const auto& [id, levels] : made_)
-    for (const auto& [level, meshes] : levels) out += meshes->sizeBytes();
-  return out;
+void TileMeshes::drop(TileId id) {
+  const auto tile = made_.find(id);
+  if (tile == made_.end()) return;
+  for (const auto& [level, meshes] : tile->second) sizeBytes_ -= meshes->sizeBytes();
+  made_.erase(tile);
+}
+
+void TileMeshes::clear() {
+  made_.clear();
+  sizeBytes_ = 0;
 }
 
 TileMeshes::Order TileMeshes::orderFor(const MeshWish& wish) const {

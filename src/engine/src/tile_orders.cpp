@@ -4,11 +4,32 @@
 
 namespace terrane {
 
+namespace {
+
+/// What these orders read of a tile: samples and nodes' errors. Several orders in a row are about the same
+/// one.
+void packRead(Packer& packer, const std::shared_ptr<const Tile>& tile) {
+  packer.object(tile, [](Packer& to, const Tile& read) {
+    pack(to, read.samples);
+    to.array(read.nodes.error);
+  });
+}
+std::shared_ptr<const Tile> unpackRead(Unpacker& unpacker) {
+  return unpacker.object<Tile>([](Unpacker& from) {
+    Tile out;
+    out.samples = unpackSamples(from);
+    out.nodes.error = from.array<uint8_t>();
+    return out;
+  });
+}
+
+}  // namespace
+
 void PrepareTile::pack(Packer& packer) const {
-  terrane::pack(packer, *samples);
+  packRead(packer, tile);
 }
 PrepareTile PrepareTile::unpack(Unpacker& unpacker) {
-  return {std::make_shared<const TileSamples>(unpackSamples(unpacker))};
+  return {unpackRead(unpacker)};
 }
 void PrepareTile::packAnswer(Packer& packer, const Answer& answer) {
   terrane::pack(packer, *answer);
@@ -18,8 +39,7 @@ PrepareTile::Answer PrepareTile::unpackAnswer(Unpacker& unpacker) {
 }
 
 void MakeMeshes::pack(Packer& packer) const {
-  terrane::pack(packer, tile->samples);
-  packer.array(tile->nodes.error);
+  packRead(packer, tile);
   packer.value(order.id);
   packer.value(static_cast<int32_t>(order.level));
   packer.value(order.meshScale);
@@ -28,9 +48,7 @@ void MakeMeshes::pack(Packer& packer) const {
 }
 MakeMeshes MakeMeshes::unpack(Unpacker& unpacker) {
   MakeMeshes out;
-  auto tile = std::make_shared<Tile>();
-  tile->samples = unpackSamples(unpacker);
-  tile->nodes.error = unpacker.array<uint8_t>();
+  out.tile = unpackRead(unpacker);
   out.order.id = unpacker.value<TileId>();
   out.order.level = unpacker.value<int32_t>();
   out.order.meshScale = unpacker.value<MeshScale>();
@@ -42,14 +60,13 @@ MakeMeshes MakeMeshes::unpack(Unpacker& unpacker) {
   const bool isRoot = out.order.id.isRoot();
   const bool isFirst = isRoot && out.order.level == 0;
   unpacker.require(out.order.id.valid(), "no tile of that address");
-  unpacker.require(tile->nodes.error.size() == static_cast<size_t>(tileNodeCount(isRoot)),
+  unpacker.require(out.tile->nodes.error.size() == static_cast<size_t>(tileNodeCount(isRoot)),
                    "another number of nodes");
   unpacker.require(before->chosen.size() == (isFirst ? 0 : (size_t{kTileSampleCount} + 7) / 8),
                    "another number of vertices before");
   unpacker.require(
       out.order.level >= out.order.meshScale.firstLevel(isRoot) && out.order.level <= kDeepestVertexLevel,
       "no such mesh level");
-  out.tile = std::move(tile);
   if (!isFirst) out.order.before = std::move(before);
   return out;
 }

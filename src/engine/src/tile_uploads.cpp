@@ -68,11 +68,10 @@ bool TileUploads::isPrepared(TileId id, uint64_t frame) {
     if (tile == nullptr) return false;
     at = prepared_.emplace(id, Prepared{tile, nullptr, frame}).first;
     if (renderer_ == nullptr) return true;
-    workers_.order(PrepareTile{{tile, &tile->samples}},
-                   [finished = finished_, tile](std::shared_ptr<const PreparedTile> made) {
-                     const std::lock_guard lock(finished->mutex);
-                     finished->made.emplace_back(tile, std::move(made));
-                   });
+    workers_.order(PrepareTile{tile}, [finished = finished_, tile](std::shared_ptr<const PreparedTile> made) {
+      const std::lock_guard lock(finished->mutex);
+      finished->made.emplace_back(tile, std::move(made));
+    });
     takePrepared();
   }
   at->second.frame = frame;
@@ -84,6 +83,7 @@ bool TileUploads::makeRoom(uint64_t frame) {
     const auto victim = resident_.victim(frame);
     if (!victim) return false;
     resident_.remove(*victim);
+    ++changes_;
     tiles_.erase(*victim);
     meshes_.drop(*victim);
     uploadedIn_.erase(*victim);
@@ -128,6 +128,7 @@ Result<int> TileUploads::upload(const std::vector<TileId>& order, uint64_t budge
     resident_.add(id, frame);
     uploadedIn_[id] = frame;
     ++uploaded_;
+    ++changes_;
     ++count;
 
     // How long could it have been drawn from, had it been here at once?

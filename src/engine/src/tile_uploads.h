@@ -29,6 +29,8 @@ class TileUploads final : public ResidentTiles {
   size_t size() const { return resident_.size(); }
   size_t capacity() const { return resident_.capacity(); }
   std::vector<TileId> tiles() const;
+  /// Counts how often a tile came or went.
+  uint64_t changes() const { return changes_; }
 
   /// Tiles were decoded in this frame: from now on it counts how long they wait.
   void arrived(const std::vector<TileKey>& news, uint64_t frame);
@@ -92,6 +94,7 @@ class TileUploads final : public ResidentTiles {
   std::shared_ptr<Finished> finished_;
   bool shortOfRoom_ = false;
   uint64_t uploaded_ = 0;
+  uint64_t changes_ = 0;
   int mostFramesUntilUsed_ = 0;
 };
 

@@ -40,7 +40,7 @@ void expectToTravel(const Order& order, std::mt19937& random) {
   taken.clear();
   const std::span<const uint8_t> sentBytes = sent.bytes(), answerBytes = answer.bytes();
   for (size_t i = 0; i < 100; ++i) {
-    const auto some = [&](size_t size) { return i < 50 ? i : random() % size; };
+    const auto some = [&](size_t size) { return i < 50 && i < size ? i : random() % size; };
     Packer nothing;
     EXPECT_FALSE(runOrder(work.kind(), sentBytes.first(some(sentBytes.size())), nothing).ok());
     EXPECT_FALSE(work.takeAnswer(answerBytes.first(some(answerBytes.size()))).ok());
@@ -53,7 +53,7 @@ TEST(TileOrders, PreparingTravels) {
   const ElevationScale scale{.heightStep = 0.25};
   for (const double voidShare : {0.0, 0.3, 1.0}) {
     const Tile tile = randomTile({}, nullptr, scale, {.voidShare = voidShare}, random);
-    expectToTravel(PrepareTile{std::make_shared<const TileSamples>(tile.samples)}, random);
+    expectToTravel(PrepareTile{std::make_shared<const Tile>(tile)}, random);
   }
 }
 
@@ -75,6 +75,46 @@ TEST(TileOrders, MeshesTravel) {
                             child};
     expectToTravel(beyond, random);
   }
+}
+
+TEST(TileOrders, ATileThatIsThereIsNotSentAgain) {
+  std::mt19937 random(24);
+  SentObjects sent;
+  KeptObjects kept;
+  const auto send = [&](const std::shared_ptr<const Tile>& tile) {
+    const PrepareTile order{tile};
+    Packer packer, answer;
+    packer.sendTo(&sent);
+    order.pack(packer);
+    const Status ran = runOrder(PrepareTile::kKind, packer.bytes(), answer, &kept);
+    EXPECT_TRUE(ran.ok()) << ran.error().message;
+    EXPECT_EQ(answer.bytes(), packedAnswer<PrepareTile>(order.run()));
+    return packer.bytes().size();
+  };
+  std::vector<std::shared_ptr<const Tile>> tiles;
+  for (uint32_t i = 0; i < SentObjects::kMost + 3; ++i)
+    tiles.push_back(std::make_shared<const Tile>(randomTile({}, nullptr, {.heightStep = 0.25}, {}, random)));
+  for (const auto& tile : tiles) EXPECT_GT(send(tile), size_t{kTileSampleCount});
+  // The last ones are there, the first have given way.
+  EXPECT_LT(send(tiles.back()), 16U);
+  EXPECT_GT(send(tiles.front()), size_t{kTileSampleCount});
+  EXPECT_LT(send(tiles.front()), 16U);
+  // Another tile is sent, even where one that is gone lay.
+  while (!tiles.empty()) {
+    tiles.pop_back();
+    EXPECT_GT(send(std::make_shared<const Tile>(randomTile({}, nullptr, {.heightStep = 0.5}, {}, random))),
+              size_t{kTileSampleCount});
+  }
+  // One who keeps nothing, or something else there, cannot do without.
+  Packer named, nothing;
+  const auto tile = std::make_shared<const Tile>(randomTile({}, nullptr, {.heightStep = 0.25}, {}, random));
+  send(tile);
+  named.sendTo(&sent);
+  PrepareTile{tile}.pack(named);
+  KeptObjects empty;
+  EXPECT_FALSE(runOrder(PrepareTile::kKind, named.bytes(), nothing).ok());
+  EXPECT_FALSE(runOrder(PrepareTile::kKind, named.bytes(), nothing, &empty).ok());
+  EXPECT_TRUE(runOrder(PrepareTile::kKind, named.bytes(), nothing, &kept).ok());
 }
 
 TEST(TileOrders, LinesTravel) {

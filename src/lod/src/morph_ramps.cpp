@@ -32,6 +32,8 @@ void MorphRamps::holdBack(const Diamond& d) {
 MorphRamps::Progress MorphRamps::advance(const Diamond& d, const Progress& parents, double wanted,
                                          double excess) {
   if (history_ == nullptr) return {};
+  // Mostly nothing is on its way.
+  if (!parents.moved && history_->ramps.empty() && history_->heldBack.empty()) return {};
   double share = 0.0;
   double seconds = 0.0;  // since it began, or since the last selection
   if (const auto at = history_->ramps.find(d); at != history_->ramps.end()) {

@@ -22,7 +22,6 @@ struct Guess {
   double lowMeters = 0.0;    ///< of the ground, exaggerated
   double highMeters = 0.0;
   double urgencyPixels = 0.0;  ///< like a wish's error: that, or what large texels are worth
-  double areaPixels = 0.0;
 };
 
 /// Most urgent first; a tile before its descendants, which are less so.
@@ -58,7 +57,7 @@ class Predictor {
       open_.pop();
       const double urgency = std::min(guess.urgencyPixels, pictureDiagonal_);
       out.push_back({guess.tile, static_cast<float>(urgency), static_cast<float>(0.5 * urgency),
-                     static_cast<float>(std::max(1.0, guess.areaPixels))});
+                     static_cast<float>(std::max(1.0, metric_.areaPixels(prismOf(guess))))});
       guessBelow(guess);
     }
     return out;
@@ -102,33 +101,38 @@ class Predictor {
     }
   }
 
-  /// Makes of what is known above a tile what is guessed of it. Is it in view and worth asking for?
-  bool look(Guess& guess) const {
+  Prism prismOf(const Guess& guess) const {
     const double half = 0.5 * std::ldexp(kTileCells, frame_.finestLevel - guess.tile.level);
     Prism prism;
     prism.center = {(2 * guess.tile.col + 1) * half, (2 * guess.tile.row + 1) * half};
     prism.octagon = {half, 2.0 * half};
     prism.low = guess.lowMeters;
     prism.high = guess.highMeters;
+    return prism;
+  }
+
+  /// Makes of what is known above a tile what is guessed of it. Is it in view and worth asking for?
+  bool look(Guess& guess) const {
+    const Prism prism = prismOf(guess);
     if (!metric_.visible(prism)) return false;
+    const ScreenMetric::Depth depth = metric_.depth(prism);
 
     guess.errorMeters *= 0.5;
     guess.errorPixels *= 0.5;
     if (std::isfinite(guess.errorMeters))
-      guess.errorPixels = std::min(guess.errorPixels, metric_.errorPixels(prism, guess.errorMeters));
+      guess.errorPixels = std::min(guess.errorPixels, metric_.errorPixels(prism, guess.errorMeters, depth));
     if (selection_.surface == SurfaceKind::Meshes) {
       // Meshes state no smaller error than their level's bound, however smooth the ground.
       const int above = meshScale_.lastOwnLevel() + 2 * (guess.tile.level - 1);
-      guess.errorPixels =
-          std::max(guess.errorPixels,
-                   metric_.errorPixels(prism, meshScale_.boundMeters(above) * selection_.exaggeration));
+      guess.errorPixels = std::max(
+          guess.errorPixels,
+          metric_.errorPixels(prism, meshScale_.boundMeters(above) * selection_.exaggeration, depth));
     }
-    const double texel =
-        metric_.lengthPixels(prism, std::max(cellMeters_.x, cellMeters_.y) *
-                                        std::ldexp(1.0, frame_.finestLevel - guess.tile.level + 1));
+    const double texel = metric_.lengthPixels(
+        std::max(cellMeters_.x, cellMeters_.y) * std::ldexp(1.0, frame_.finestLevel - guess.tile.level + 1),
+        depth);
     if (guess.errorPixels <= selection_.tolerancePixels && texel <= selection_.texelPixels) return false;
     guess.urgencyPixels = std::max(guess.errorPixels, kShadingWishWeight * texel);
-    guess.areaPixels = metric_.areaPixels(prism);
     return true;
   }
 

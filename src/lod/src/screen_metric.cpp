@@ -79,14 +79,16 @@ ScreenMetric::ScreenMetric(const Camera& camera, glm::dvec2 cellMeters, double t
     planes_[i] = {overCells(normals[i], cellMeters), normals[i].z, -glm::dot(normals[i], camera.eyeLocal)};
 }
 
-bool ScreenMetric::visible(const Prism& prism) const {
+ScreenMetric::Sight ScreenMetric::sight(const Prism& prism) const {
+  Sight out = Sight::Whole;
   for (const Plane& plane : planes_) {
-    const double highest = glm::dot(plane.horizontal, prism.center) +
-                           prism.octagon.support(plane.horizontal) +
-                           std::max(plane.vertical * prism.low, plane.vertical * prism.high) + plane.offset;
-    if (highest < 0.0) return false;
+    const double middle = glm::dot(plane.horizontal, prism.center);
+    const double reach = prism.octagon.support(plane.horizontal);
+    const double a = plane.vertical * prism.low, b = plane.vertical * prism.high;
+    if (middle + reach + std::max(a, b) + plane.offset < 0.0) return Sight::None;
+    if (middle - reach + std::min(a, b) + plane.offset < 0.0) out = Sight::Part;
   }
-  return true;
+  return out;
 }
 
 ScreenMetric::Extent ScreenMetric::depthExtent(const Prism& prism) const {
@@ -106,23 +108,34 @@ double ScreenMetric::distance(const Prism& prism) const {
   return std::sqrt(horizontal * horizontal + vertical * vertical);
 }
 
-double ScreenMetric::visibleDepth(const Prism& prism, double nearestDepth) const {
-  return std::max({nearestDepth, distance(prism) * cornerCosine_, 0.0});
+ScreenMetric::Depth ScreenMetric::depth(const Prism& prism) const {
+  const Extent extent = depthExtent(prism);
+  if (extent.farthestDepth < 0.0) return {};
+  return {true, std::max({extent.nearestDepth, distance(prism) * cornerCosine_, 0.0})};
 }
 
-void ScreenMetric::findVisiblePoints(const Prism& prism, VisiblePoints& out) const {
-  constexpr size_t kCorners = 8;
+ScreenMetric::Corners ScreenMetric::corners(const Prism& prism) const {
   // The corners stand at sums of a few steps from the middle: no product for each.
   const double a = prism.octagon.extent, b = prism.octagon.inner();
   const glm::dvec3 middle =
       camera_.viewFromLocal({prism.center.x * cellMeters_.x, -prism.center.y * cellMeters_.y, prism.low});
   const glm::dvec3 ax = a * viewOfCellX_, bx = b * viewOfCellX_, ay = a * viewOfCellY_, by = b * viewOfCellY_;
   const glm::dvec3 rise = (prism.high - prism.low) * viewOfUp_;
-  std::array<std::array<glm::dvec3, kCorners>, 2> view;  // the lower and the upper ring
+  Corners view;
   view[0] = {{middle + ax + by, middle + bx + ay, middle - bx + ay, middle - ax + by, middle - ax - by,
               middle - bx - ay, middle + bx - ay, middle + ax - by}};
-  for (size_t i = 0; i < kCorners; ++i) view[1][i] = view[0][i] + rise;
+  for (size_t i = 0; i < view[0].size(); ++i) view[1][i] = view[0][i] + rise;
+  return view;
+}
 
+bool ScreenMetric::areAllBeyondNear(const Corners& view) const {
+  for (const auto& ring : view)
+    for (const glm::dvec3& p : ring)
+      if (!(p.z >= nearMeters_)) return false;
+  return true;
+}
+
+void ScreenMetric::findVisiblePoints(const Corners& view, VisiblePoints& out) const {
   // The corners in front of the near plane, and where edges pass through it: as the prism moves through the
   // plane, they move, they do not jump.
   const auto add = [&](const glm::dvec3& p) {
@@ -133,29 +146,37 @@ void ScreenMetric::findVisiblePoints(const Prism& prism, VisiblePoints& out) con
     const double t = (nearMeters_ - p.z) / (q.z - p.z);
     add({p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), nearMeters_});
   };
-  for (size_t i = 0; i < kCorners; ++i) {
+  const size_t corners = view[0].size();
+  for (size_t i = 0; i < corners; ++i) {
     for (size_t ring = 0; ring < 2; ++ring) {
       if (view[ring][i].z >= nearMeters_) add(view[ring][i]);
-      cross(view[ring][i], view[ring][(i + 1) % kCorners]);
+      cross(view[ring][i], view[ring][(i + 1) % corners]);
     }
     cross(view[0][i], view[1][i]);
   }
 }
 
-double ScreenMetric::errorPixels(const Prism& prism, double errorMeters) const {
-  if (errorMeters <= 0.0) return 0.0;
-  const Extent depth = depthExtent(prism);
-  if (depth.farthestDepth < 0.0) return 0.0;
+double ScreenMetric::errorPixels(const Prism& prism, double errorMeters, const Depth& depth) const {
+  if (errorMeters <= 0.0 || !depth.isInFront) return 0.0;
 
   // The part of the window that the prism can be seen in.
-  VisiblePoints points;
-  findVisiblePoints(prism, points);
   const double inf = std::numeric_limits<double>::infinity();
   glm::dvec2 low{inf}, high{-inf};
-  for (int i = 0; i < points.count; ++i) {
-    const glm::dvec2& tangent = points.tangents[static_cast<size_t>(i)];
-    low = {std::min(low.x, tangent.x), std::min(low.y, tangent.y)};
-    high = {std::max(high.x, tangent.x), std::max(high.y, tangent.y)};
+  const auto add = [&](double x, double y) {
+    low = {std::min(low.x, x), std::min(low.y, y)};
+    high = {std::max(high.x, x), std::max(high.y, y)};
+  };
+  const Corners view = corners(prism);
+  if (areAllBeyondNear(view)) {
+    for (const auto& ring : view)
+      for (const glm::dvec3& p : ring) add(p.x / p.z, p.y / p.z);
+  } else {
+    VisiblePoints points;
+    findVisiblePoints(view, points);
+    for (int i = 0; i < points.count; ++i) {
+      const glm::dvec2& tangent = points.tangents[static_cast<size_t>(i)];
+      add(tangent.x, tangent.y);
+    }
   }
   low = {std::max(low.x, -window_.x), std::max(low.y, -window_.y)};
   high = {std::min(high.x, window_.x), std::min(high.y, window_.y)};
@@ -171,12 +192,12 @@ double ScreenMetric::errorPixels(const Prism& prism, double errorMeters) const {
       steepest = std::max(steepest, glm::dot(step, step));
     }
   }
-  return pixelsPerTangent_ * std::sqrt(steepest) * errorMeters / visibleDepth(prism, depth.nearestDepth);
+  return pixelsPerTangent_ * std::sqrt(steepest) * errorMeters / depth.least;
 }
 
 double ScreenMetric::areaPixels(const Prism& prism) const {
   VisiblePoints points;
-  findVisiblePoints(prism, points);
+  findVisiblePoints(corners(prism), points);
   Polygon hull = convexHull({points.tangents.begin(), points.tangents.begin() + points.count});
   const glm::dvec2 window{camera_.tanHalfX(), camera_.tanHalfY()};
   for (const int axis : {0, 1})
@@ -184,10 +205,8 @@ double ScreenMetric::areaPixels(const Prism& prism) const {
   return area(hull) * pixelsPerTangent_ * pixelsPerTangent_;
 }
 
-double ScreenMetric::lengthPixels(const Prism& prism, double lengthMeters) const {
-  const Extent depth = depthExtent(prism);
-  if (depth.farthestDepth < 0.0) return 0.0;
-  return pixelsPerTangent_ * lengthMeters / visibleDepth(prism, depth.nearestDepth);
+double ScreenMetric::lengthPixels(double lengthMeters, const Depth& depth) const {
+  return depth.isInFront ? pixelsPerTangent_ * lengthMeters / depth.least : 0.0;
 }
 
 }  // namespace terrane

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
 #include "leave_out_hidden.h"
@@ -100,9 +100,12 @@ class Selector {
       cut_.meshWishes.push_back({TileId{}, 0});
     } else {
       // Level by level: a diamond is looked at when every parent that it has in the world has split.
-      std::vector<Piece> pieces;
-      for (const Triangle& t : lattice_.rootTriangles()) pieces.push_back({t, -1});
-      while (!pieces.empty()) pieces = splitOneLevel(pieces);
+      TileInfo& root = find(TileId{}, nullptr);
+      size_t run = 0;
+      for (const Triangle& t : lattice_.rootTriangles())
+        next_[run++].push_back({t, -1, groundOf(t, {&root, &root, {}})});
+      while (std::any_of(next_.begin(), next_.end(), [](const auto& of) { return !of.empty(); }))
+        splitOneLevel();
     }
     cut_.wishes = wishes_.sorted(pictureDiagonal_);
     cut_.ramping = ramps_.finish();
@@ -116,45 +119,124 @@ class Selector {
     Implied,  ///< not stored: an ancestor's interpolation is exact there
     Missing,
   };
+  /// What is remembered of a tile. They hang together as the tiles do: from one to its neighbour is a few
+  /// steps, and each is looked up once.
   struct TileInfo {
-    Residency residency;
-    const Tile* tile;    ///< the tile, or for Implied its nearest stored ancestor
-    uint16_t low, high;  ///< for Implied, of the ancestor's quadrant
+    TileId id;
+    TileInfo* parent = nullptr;  ///< of the root: null
+    std::array<TileInfo*, 4> children{};
+    Residency residency = Residency::Missing;
+    TileInfo* stored = nullptr;  ///< where not Missing: the tile, or for Implied its nearest stored ancestor
+    const Tile* tile = nullptr;  ///< of `stored`
+    uint16_t low = 65535, high = 0;  ///< for Implied, of the ancestor's quadrant
     /// Its mesh levels, as far as they were asked for.
     std::array<std::optional<const MeshLevel*>, kDeepestVertexLevel + 1> meshes{};
   };
 
-  /// Neighbours follow each other: mostly it is the tile that was asked for last.
-  TileInfo& info(TileId id) {
-    if (last_ != nullptr && lastId_ == id) return *last_;
-    TileInfo& found = find(id);
-    last_ = &found;
-    lastId_ = id;
-    return found;
+  /// A tile, by the way from another one.
+  TileInfo& info(TileInfo& from, TileId id) {
+    TileInfo* at = &from;
+    while (at->id.level > id.level || !(id.ancestor(at->id.level) == at->id)) at = at->parent;
+    while (at->id.level < id.level) at = &childOf(*at, id.ancestor(at->id.level + 1));
+    return *at;
   }
-  TileInfo& find(TileId id) {
-    if (const auto at = info_.find(id); at != info_.end()) return at->second;
-    TileInfo found{Residency::Missing, nullptr, 65535, 0};
+  TileInfo& childOf(TileInfo& parent, TileId id) {
+    TileInfo*& child = parent.children[static_cast<size_t>(id.quadrant())];
+    if (child == nullptr) child = &find(id, &parent);
+    return *child;
+  }
+  TileInfo& find(TileId id, TileInfo* parent) {
+    TileInfo& found = infos_.emplace_back();
+    found.id = id;
+    found.parent = parent;
     if (const Tile* tile = tiles_.find(id)) {
-      found = {Residency::Resident, tile, 65535, 0};
-    } else if (!id.isRoot()) {
-      const TileInfo& parent = find(id.parent());
-      if (parent.residency == Residency::Implied) {
-        found = {Residency::Implied, parent.tile, parent.low, parent.high};
-      } else if (parent.residency == Residency::Resident) {
-        const ChildSummary& child = parent.tile->children[static_cast<size_t>(id.quadrant())];
-        if (child.state != ChildState::Present)
-          found = {Residency::Implied, parent.tile, child.low, child.high};
+      found.residency = Residency::Resident;
+      found.tile = tile;
+      found.stored = &found;
+    } else if (parent != nullptr && parent->residency == Residency::Implied) {
+      found.residency = Residency::Implied;
+      found.low = parent->low;
+      found.high = parent->high;
+    } else if (parent != nullptr && parent->residency == Residency::Resident) {
+      const ChildSummary& child = parent->tile->children[static_cast<size_t>(id.quadrant())];
+      if (child.state != ChildState::Present) {
+        found.residency = Residency::Implied;
+        found.low = child.low;
+        found.high = child.high;
       }
     }
-    return info_.emplace(id, found).first->second;
+    if (found.residency == Residency::Implied) {
+      found.tile = parent->tile;
+      found.stored = parent->stored;
+    }
+    return found;
+  }
+
+  /// A patch's mesh.
+  struct MeshPlace {
+    Residency residency = Residency::Missing;  ///< Implied: so deep that there is nothing to be cut any more
+    TileInfo* tile = nullptr;  ///< that is or would be read; where Missing, the one to wish for
+    MeshPlacement at;
+    const MeshLevel::Patch* patch = nullptr;  ///< null where it is not made
+  };
+  /// What a triangle is made of.
+  struct Ground {
+    TileInfo* tile = nullptr;    ///< whose samples its patch is of
+    TileInfo* ranged = nullptr;  ///< whose nodes know its height range: the same, or an ancestor
+    MeshPlace mesh;              ///< for SurfaceKind::Meshes
+  };
+  int tileLevel(int n) const {
+    return isMeshes_ ? std::min(grid_.tileLevel(n), finestLevel_) : grid_.tileLevel(n);
+  }
+  /// Height ranges are stored for K = 17 and do not depend on K.
+  int rangeLevel(int n) const { return std::min(kNodeGrid.tileLevel(n), grid_.tileLevel(n)); }
+  /// A triangle's ground, near that of another one.
+  Ground groundOf(const Triangle& t, const Ground& near) {
+    const int n = t.diamond.level;
+    Ground out;
+    out.tile = &info(*near.tile, lattice_.tileOf(t, tileLevel(n)));
+    out.ranged = &info(*near.ranged, lattice_.tileOf(t, rangeLevel(n)));
+    if (isMeshes_) out.mesh = meshOf(t, *out.tile);
+    return out;
   }
 
   /// A triangle, and the split that made it.
   struct Piece {
     Triangle triangle;
     int split;  ///< of splits_; -1 for the two that nothing made
+    Ground ground;
+    /// By it diamonds of one level are ordered: by x, then by y.
+    uint64_t order() const {
+      return static_cast<uint64_t>(triangle.diamond.x) << 32 | static_cast<uint32_t>(triangle.diamond.y);
+    }
   };
+  /// The triangles of one diamond that are there, one or two.
+  struct Pieces {
+    std::array<const Piece*, 2> items{};
+    int count = 0;
+    const Piece* const* begin() const { return items.data(); }
+    const Piece* const* end() const { return items.data() + count; }
+    /// In the order of their apexes.
+    void add(const Piece& piece) {
+      items[static_cast<size_t>(count++)] = &piece;
+      if (count == 2 && items[1]->triangle.apex < items[0]->triangle.apex) std::swap(items[0], items[1]);
+    }
+  };
+  /// What the splits of one level make, by where it lies from the middle of its diamond: as the diamonds are
+  /// gone through in order, each of the runs is in order by itself.
+  static constexpr size_t kRuns = 4;
+  using Level = std::array<std::vector<Piece>, kRuns>;
+  static size_t runOf(const Triangle& t) {
+    const int x = t.diamond.x - t.apex.x, y = t.diamond.y - t.apex.y;
+    if (x == 0) return y < 0 ? 1 : 2;
+    return x < 0 ? (y > 0 ? 1 : 0) : (y < 0 ? 2 : 3);
+  }
+  /// A triangle that a split would make.
+  struct Child {
+    Triangle triangle;
+    Ground ground;
+  };
+  using Children = UpToFour<Child>;
   struct Split {
     float morph = 1.0F;  ///< of the triangles that it made
     MorphRamps::Progress ramp;
@@ -168,18 +250,13 @@ class Selector {
     uint16_t low = 65535;
     uint16_t high = 0;
   };
-  NodeCode codeOf(const Diamond& d) {
-    NodeCode code;
-    for (const LatticePoint& apex : lattice_.apexes(d)) {
-      const Triangle t{d, apex};
-      widenRange(code, t);
-      if (isMeshes_) continue;
-      const TileId id = lattice_.tileOf(t, grid_.tileLevel(d.level));
-      const TileInfo& tile = info(id);
-      if (tile.residency == Residency::Resident)
-        code.error = std::max(code.error, nodeErrorCode(grid_, tile.tile->nodes, id.isRoot(), local(d, id)));
-    }
-    return code;
+  void widen(NodeCode& code, const Diamond& d, const Ground& ground) const {
+    widenRange(code, d, *ground.ranged);
+    if (isMeshes_ || ground.tile->residency != Residency::Resident) return;
+    code.error = std::max(code.error, errorCode(d, *ground.tile));
+  }
+  uint8_t errorCode(const Diamond& d, const TileInfo& tile) const {
+    return nodeErrorCode(grid_, tile.tile->nodes, tile.id.isRoot(), local(d, tile.id));
   }
 
   Diamond local(const Diamond& d, TileId id) const {
@@ -188,60 +265,39 @@ class Selector {
             d.level - 2 * id.level};
   }
 
-  /// Height ranges are stored for K = 17 and do not depend on K: those of the diamond itself, or for smaller
-  /// patches of the one that stands for it.
-  void widenRange(NodeCode& code, const Triangle& t) {
-    const int n = t.diamond.level;
-    const TileId id = lattice_.tileOf(t, std::min(kNodeGrid.tileLevel(n), grid_.tileLevel(n)));
-    const TileInfo& tile = info(id);
+  /// By the height range of the diamond itself, or for smaller patches of the one that stands for it.
+  void widenRange(NodeCode& code, const Diamond& diamond, const TileInfo& tile) const {
     if (tile.residency != Residency::Resident) {
       code.low = std::min(code.low, tile.low);
       code.high = std::max(code.high, tile.high);
       return;
     }
     // note: the same diamond as for the error, or ranges would not nest from level to level.
-    const Diamond d = storedDiamond(grid_, local(t.diamond, id));
-    const auto at = static_cast<size_t>(nodeIndex(d.level, d.x, d.y, id.isRoot()));
+    const Diamond d = storedDiamond(grid_, local(diamond, tile.id));
+    const auto at = static_cast<size_t>(nodeIndex(d.level, d.x, d.y, tile.id.isRoot()));
     code.low = std::min(code.low, tile.tile->nodes.low[at]);
     code.high = std::max(code.high, tile.tile->nodes.high[at]);
   }
 
-  /// A patch's mesh.
-  struct MeshPlace {
-    Residency residency = Residency::Missing;  ///< Implied: so deep that there is nothing to be cut any more
-    TileId tile;  ///< that is or would be read; where Missing, the one to wish for
-    MeshPlacement at;
-    const MeshLevel::Patch* patch = nullptr;  ///< null where it is not made
-  };
-  MeshPlace meshOf(const Triangle& t) {
-    const int n = t.diamond.level;
-    TileId id = lattice_.tileOf(t, std::min(grid_.tileLevel(n), finestLevel_));
-    TileInfo* tile = &info(id);
-    if (tile->residency == Residency::Missing) return {Residency::Missing, id, {}, nullptr};
+  MeshPlace meshOf(const Triangle& t, TileInfo& tile) const {
+    if (tile.residency == Residency::Missing) return {Residency::Missing, &tile, {}, nullptr};
     // What is not stored is cut out of an ancestor's samples.
-    while (tile->residency == Residency::Implied) {
-      id = id.parent();
-      tile = &info(id);
-    }
-    const MeshPlacement at = meshPlacement(lattice_, t, id);
-    if (at.level > kDeepestVertexLevel) return {Residency::Implied, id, at, nullptr};
-    MeshPlace out{Residency::Resident, id, at, nullptr};
-    std::optional<const MeshLevel*>& meshes = tile->meshes[static_cast<size_t>(at.level)];
-    if (!meshes) meshes = tiles_.findMeshes(id, at.level);
+    TileInfo& stored = *tile.stored;
+    const MeshPlacement at = meshPlacement(lattice_, t, stored.id);
+    if (at.level > kDeepestVertexLevel) return {Residency::Implied, &stored, at, nullptr};
+    MeshPlace out{Residency::Resident, &stored, at, nullptr};
+    std::optional<const MeshLevel*>& meshes = stored.meshes[static_cast<size_t>(at.level)];
+    if (!meshes) meshes = tiles_.findMeshes(stored.id, at.level);
     if (*meshes != nullptr) out.patch = &(*meshes)->patches[static_cast<size_t>(at.index)];
     return out;
   }
-  /// The larger error of a diamond's meshes that are made: all that may be drawn are.
-  double meshError(const Diamond& d) {
-    double most = 0.0;
-    for (const LatticePoint& apex : lattice_.apexes(d))
-      if (const MeshPlace place = meshOf({d, apex}); place.patch != nullptr)
-        most = std::max(most, static_cast<double>(place.patch->errorMeters));
-    return most;
+  /// Of a patch that is made: all that may be drawn are.
+  static double meshError(const Ground& ground) {
+    return ground.mesh.patch != nullptr ? static_cast<double>(ground.mesh.patch->errorMeters) : 0.0;
   }
 
   struct Judgement {
-    bool visible = false;
+    ScreenMetric::Sight sight = ScreenMetric::Sight::None;
     bool ground = false;       ///< some of what lies on and below it is not void
     double errorMeters = 0.0;  ///< of its patches as they are
     double errorPixels = 0.0;
@@ -255,12 +311,24 @@ class Selector {
     Prism own;             ///< over the diamond's own triangles
   };
 
-  Judgement judge(const Diamond& d) {
-    const NodeCode code = codeOf(d);
+  Judgement judge(const Diamond& d, const Pieces& pieces) {
+    // A diamond's codes come from the tiles of its triangles; on a tile border these are two, and both count.
+    NodeCode code;
+    double meshMeters = 0.0;
+    const auto add = [&](const Ground& ground) {
+      widen(code, d, ground);
+      if (isMeshes_) meshMeters = std::max(meshMeters, meshError(ground));
+    };
+    for (const Piece* piece : pieces) add(piece->ground);
+    if (pieces.count < 2) {
+      const Piece& only = *pieces.items[0];
+      for (const LatticePoint& apex : lattice_.apexes(d))
+        if (!(apex == only.triangle.apex)) add(groundOf({d, apex}, only.ground));
+    }
     Judgement out;
     out.ground = code.low <= code.high;
     if (!out.ground) return out;
-    out.errorMeters = (isMeshes_ ? meshError(d) : scale_.errorFromCode(code.error)) * selection_.exaggeration;
+    out.errorMeters = (isMeshes_ ? meshMeters : scale_.errorFromCode(code.error)) * selection_.exaggeration;
     Prism prism;
     prism.center = {d.x, d.y};
     prism.octagon = octagons_.nested(d.level);
@@ -268,14 +336,15 @@ class Selector {
     prism.high = scale_.heightFromRangeCode(code.high) * selection_.exaggeration + out.errorMeters;
     out.own = prism;
     out.own.octagon = octagons_.own(d.level);
-    out.visible = !selection_.cull || metric_.visible(prism);
-    if (!out.visible) return out;
-    out.errorPixels = metric_.errorPixels(prism, out.errorMeters);
+    out.sight = selection_.cull ? metric_.sight(prism) : ScreenMetric::Sight::Whole;
+    if (out.sight == ScreenMetric::Sight::None) return out;
+    const ScreenMetric::Depth depth = metric_.depth(prism);
+    out.errorPixels = metric_.errorPixels(prism, out.errorMeters, depth);
     const double tau = selection_.tolerancePixels;
     switch (selection_.metric) {
       case SplitMetric::Full: {
         out.byError = out.errorPixels / tau;
-        const double texel = texelPixels(d.level, prism);
+        const double texel = texelPixels(d.level, depth);
         out.byTexel = texel / (kShadingTexelPixels * selection_.texelPixels);
         out.beyondCodes = code.error == 255 && out.errorPixels > 0.0;
         out.wantsSplit = out.excess() > 1.0 || out.beyondCodes;
@@ -284,7 +353,7 @@ class Selector {
       }
       case SplitMetric::DistanceOnly:
         out.urgency = metric_.lengthPixels(
-                          prism, cellMeters_.x * octagons_.own(d.level).extent / grid_.cellsPerSide()) /
+                          cellMeters_.x * octagons_.own(d.level).extent / grid_.cellsPerSide(), depth) /
                       8.0;
         out.wantsSplit = out.urgency > tau;
         break;
@@ -298,12 +367,12 @@ class Selector {
 
   /// How far the patches that a diamond's split makes have become themselves, as far as the camera asks for
   /// them. By when a child splits this is 1, whichever of the two it splits for.
-  double morphOf(const Diamond& d, const Judgement& judged) {
+  double morphOf(const Diamond& d, const Judgement& judged, const Children& children) {
     if (!morphs_ || judged.beyondCodes) return 1.0;
     if (judged.byError >= kWidestMorph) return 1.0;
     const double byTexel = morphAt(judged.byTexel, kSaturation);
     if (judged.byError <= 1.0) return byTexel;
-    return std::max(byTexel, morphAt(judged.byError, errorOverChildren(d, judged.errorMeters)));
+    return std::max(byTexel, morphAt(judged.byError, errorOverChildren(d, judged.errorMeters, children)));
   }
 
   /// 0 where a diamond is `excess` = 1 times too coarse, 1 at `band`, by when its children may be; linear in
@@ -314,24 +383,26 @@ class Selector {
 
   /// How many times larger a diamond's error is than that of each of its children, but at most kWidestMorph.
   /// Their tiles are here.
-  double errorOverChildren(const Diamond& d, double errorMeters) {
-    if (isMeshes_) return errorOverChildMeshes(d, errorMeters);
+  double errorOverChildren(const Diamond& d, double errorMeters, const Children& children) {
+    if (isMeshes_) return errorOverChildMeshes(d, errorMeters, children);
     // What stands for the code of a smaller patch may differ on two sides of a tile's border.
     if (grid_.k < kNodeGrid.k) return kSaturation;
-    const int tileLevel = grid_.tileLevel(d.level + 1);
     uint8_t code = 0;
-    for (const Triangle& t : lattice_.trianglesAfterSplit(d)) {
-      const TileId id = lattice_.tileOf(t, tileLevel);
-      const TileNodes& nodes = info(id).tile->nodes;
-      code = std::max(code, nodeErrorCode(grid_, nodes, id.isRoot(), local(t.diamond, id)));
-    }
+    for (const Child& child : children)
+      code = std::max(code, errorCode(child.triangle.diamond, *child.ground.tile));
     const double childMeters = scale_.errorFromCode(code) * selection_.exaggeration;
     if (childMeters * kWidestMorph <= errorMeters) return kWidestMorph;
     return std::max(kSaturation, errorMeters / childMeters);
   }
-  double errorOverChildMeshes(const Diamond& d, double errorMeters) {
+  double errorOverChildMeshes(const Diamond& d, double errorMeters, const Children& children) {
     double most = 0.0;
-    for (const Triangle& t : lattice_.trianglesAfterSplit(d)) most = std::max(most, meshError(t.diamond));
+    for (const Child& child : children) {
+      most = std::max(most, meshError(child.ground));
+      // The child's other triangle, outside of the diamond.
+      const Diamond& c = child.triangle.diamond;
+      const LatticePoint apex{2 * c.x - d.x, 2 * c.y - d.y};
+      if (lattice_.contains(apex)) most = std::max(most, meshError(groundOf({c, apex}, child.ground)));
+    }
     most *= selection_.exaggeration;
     if (most * kWidestMorph <= errorMeters) return kWidestMorph;
     return std::max(kLeastMeshSaturation, errorMeters / most);
@@ -340,9 +411,9 @@ class Selector {
   /// How large the texels of the finest shading tile that the diamond's patches can have look: a patch so
   /// large on screen that even these show must split too. Two levels of patches have the same one; with
   /// morphing the first of them counts for a little more, so that this, too, is strictly saturated.
-  double texelPixels(int level, const Prism& prism) const {
+  double texelPixels(int level, const ScreenMetric::Depth& depth) const {
     if (level / 2 >= finestLevel_) return 0.0;
-    const double texel = metric_.lengthPixels(prism, tileSpacing(level / 2));
+    const double texel = metric_.lengthPixels(tileSpacing(level / 2), depth);
     return morphs_ && level % 2 == 0 ? kSaturation * texel : texel;
   }
 
@@ -350,21 +421,35 @@ class Selector {
     return std::max(cellMeters_.x, cellMeters_.y) * std::ldexp(1.0, lattice_.depth() - tileLevel);
   }
 
-  /// Are the tiles here that a diamond's children read? Wishes for those that are missing.
-  Residency childTiles(const Diamond& d, const Judgement& judged) {
-    if (isMeshes_) return childMeshes(d, judged);
-    const int childTileLevel = grid_.tileLevel(d.level + 1);
-    if (childTileLevel == grid_.tileLevel(d.level)) return Residency::Resident;
-    Residency least = Residency::Resident;
-    TileId wished;
+  Children childrenOf(const Diamond& d, const Pieces& pieces) {
+    Children out;
     for (const Triangle& t : lattice_.trianglesAfterSplit(d)) {
-      const TileId id = lattice_.tileOf(t, childTileLevel);
-      const Residency residency = info(id).residency;
-      if (residency == Residency::Missing) {
-        if (id != wished) wish(id, judged);
-        wished = id;
+      // The half of the diamond that it lies in: on the same side of the hypotenuse as the apex.
+      const Piece* within = pieces.items[0];
+      for (const Piece* piece : pieces) {
+        const LatticePoint& apex = piece->triangle.apex;
+        const int64_t side =
+            int64_t{t.diamond.x - d.x} * (apex.x - d.x) + int64_t{t.diamond.y - d.y} * (apex.y - d.y);
+        if (side > 0) within = piece;
+      }
+      out.add({t, groundOf(t, within->ground)});
+    }
+    return out;
+  }
+
+  /// Are the tiles here that a diamond's children read? Wishes for those that are missing.
+  Residency childTiles(const Diamond& d, const Judgement& judged, const Children& children) {
+    if (isMeshes_) return childMeshes(judged, children);
+    if (grid_.tileLevel(d.level + 1) == grid_.tileLevel(d.level)) return Residency::Resident;
+    Residency least = Residency::Resident;
+    const TileInfo* wished = nullptr;
+    for (const Child& child : children) {
+      const TileInfo* tile = child.ground.tile;
+      if (tile->residency == Residency::Missing) {
+        if (tile != wished) wish(*tile, judged);
+        wished = tile;
         least = Residency::Missing;
-      } else if (residency == Residency::Implied && least == Residency::Resident &&
+      } else if (tile->residency == Residency::Implied && least == Residency::Resident &&
                  selection_.metric != SplitMetric::DistanceOnly) {
         // Nothing significant below: a split would show nothing new.
         least = Residency::Implied;
@@ -374,38 +459,38 @@ class Selector {
   }
 
   /// The same for their meshes. Wishes for those that are not made.
-  Residency childMeshes(const Diamond& d, const Judgement& judged) {
+  Residency childMeshes(const Judgement& judged, const Children& children) {
     Residency least = Residency::Resident;
-    TileId wished;
-    for (const Triangle& t : lattice_.trianglesAfterSplit(d)) {
-      const MeshPlace place = meshOf(t);
+    const TileInfo* wished = nullptr;
+    for (const Child& child : children) {
+      const MeshPlace& place = child.ground.mesh;
       if (place.residency == Residency::Implied) return Residency::Implied;
       if (place.patch != nullptr) continue;
       least = Residency::Missing;
       if (place.residency == Residency::Resident) {
-        const MeshWish made{place.tile, place.at.level};
+        const MeshWish made{place.tile->id, place.at.level};
         if (std::find(cut_.meshWishes.begin(), cut_.meshWishes.end(), made) == cut_.meshWishes.end())
           cut_.meshWishes.push_back(made);
       } else if (place.tile != wished) {
-        wish(place.tile, judged);
+        wish(*place.tile, judged);
         wished = place.tile;
       }
     }
     return least;
   }
 
-  void wish(TileId id, const Judgement& judged) {
+  void wish(const TileInfo& tile, const Judgement& judged) {
     // What is left: what the parent knows of the tile, at most what saturation leaves; or half.
     double left = 0.5;
-    const TileInfo& parent = info(id.parent());
+    const TileInfo& parent = *tile.parent;
     if (judged.excess() > 0.0 && grid_.k <= kNodeGrid.k && parent.residency == Residency::Resident &&
         judged.errorMeters > 0.0) {
-      const ChildSummary& child = parent.tile->children[static_cast<size_t>(id.quadrant())];
+      const ChildSummary& child = parent.tile->children[static_cast<size_t>(tile.id.quadrant())];
       left = std::min(scale_.errorFromCode(child.error) * selection_.exaggeration / judged.errorMeters,
                       1.0 / kSaturation);
     }
-    wishes_.forGeometry(
-        id, {judged.urgency, std::min(judged.urgency, pictureDiagonal_) * left, approximateArea(judged.own)});
+    wishes_.forGeometry(tile.id, {judged.urgency, std::min(judged.urgency, pictureDiagonal_) * left,
+                                  approximateArea(judged.own)});
   }
 
   /// About as much of the picture as shows the ground of a prism. The ground never fills the prism from its
@@ -418,70 +503,80 @@ class Selector {
   }
 
   /// How far the splits that made a diamond's triangles have faded in.
-  MorphRamps::Progress parentsRamp(const Piece* begin, const Piece* end) const {
+  MorphRamps::Progress parentsRamp(const Pieces& pieces) const {
     MorphRamps::Progress out;
-    for (const Piece* piece = begin; piece != end; ++piece)
+    for (const Piece* piece : pieces)
       if (piece->split >= 0)
         out = MorphRamps::Progress::both(out, splits_[static_cast<size_t>(piece->split)].ramp);
     return out;
   }
 
   /// May a diamond that wants to split do so: are its children's tiles here, and its parents there in full?
-  bool maySplit(const Diamond& d, const Judgement& judged, const MorphRamps::Progress& parents) {
-    const Residency residency = childTiles(d, judged);
+  bool maySplit(const Diamond& d, const Judgement& judged, const MorphRamps::Progress& parents,
+                const Children& children) {
+    const Residency residency = childTiles(d, judged, children);
     if (residency == Residency::Missing) ramps_.holdBack(d);
     return residency == Residency::Resident && parents.done();
   }
   /// Do the patches show themselves, and nothing of their parents any more? Strict saturation sees to that,
   /// where errors are codes.
-  bool areWhole(const Piece* begin, const Piece* end) const {
-    return std::all_of(begin, end, [&](const Piece& piece) {
-      return piece.split < 0 || splits_[static_cast<size_t>(piece.split)].morph >= 1.0F;
+  bool areWhole(const Pieces& pieces) const {
+    return std::all_of(pieces.begin(), pieces.end(), [&](const Piece* piece) {
+      return piece->split < 0 || splits_[static_cast<size_t>(piece->split)].morph >= 1.0F;
     });
   }
 
-  /// Splits the diamonds of one level that want and may; draws the triangles of the others. Returns the
+  /// Splits the diamonds of one level that want and may; draws the triangles of the others. Leaves the
   /// triangles one level deeper.
-  std::vector<Piece> splitOneLevel(std::vector<Piece>& pieces) {
-    std::sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) {
-      return a.triangle.diamond != b.triangle.diamond ? a.triangle.diamond < b.triangle.diamond
-                                                      : a.triangle.apex < b.triangle.apex;
-    });
-    std::vector<Piece> next;
-    for (size_t i = 0; i < pieces.size();) {
-      const Diamond d = pieces[i].triangle.diamond;
-      size_t end = i;
-      while (end < pieces.size() && pieces[end].triangle.diamond == d) ++end;
-      // Both triangles of the diamond exist exactly when both parents have split.
-      const bool complete = static_cast<int>(end - i) == lattice_.apexes(d).count;
-      const Judgement judged = judge(d);
-      const MorphRamps::Progress parents = parentsRamp(&pieces[i], pieces.data() + end);
-      const bool isWhole = !isMeshes_ || areWhole(&pieces[i], pieces.data() + end);
-      if (complete && judged.wantsSplit && isWhole && d.level < deepest_ && maySplit(d, judged, parents)) {
-        split(d, judged, parents, next);
-      } else if (judged.ground && judged.visible) {
-        for (size_t piece = i; piece < end; ++piece) draw(pieces[piece], judged);
-      }
-      i = end;
+  void splitOneLevel() {
+    std::swap(level_, next_);
+    for (auto& run : next_) run.clear();
+    std::array<size_t, kRuns> at{};
+    for (;;) {
+      // The first diamond that is left, and those of its triangles that are there.
+      constexpr uint64_t kNone = UINT64_MAX;
+      uint64_t first = kNone;
+      for (size_t run = 0; run < kRuns; ++run)
+        if (at[run] < level_[run].size()) first = std::min(first, level_[run][at[run]].order());
+      if (first == kNone) return;
+      Pieces pieces;
+      for (size_t run = 0; run < kRuns; ++run)
+        if (at[run] < level_[run].size() && level_[run][at[run]].order() == first)
+          pieces.add(level_[run][at[run]++]);
+      look(pieces);
     }
-    return next;
   }
 
-  void split(const Diamond& d, const Judgement& judged, const MorphRamps::Progress& parents,
-             std::vector<Piece>& next) {
+  void look(const Pieces& pieces) {
+    const Diamond d = pieces.items[0]->triangle.diamond;
+    const Judgement judged = judge(d, pieces);
+    if (judged.wantsSplit && d.level < deepest_ && trySplit(d, judged, pieces)) return;
+    if (judged.sight == ScreenMetric::Sight::None) return;
+    if (judged.sight == ScreenMetric::Sight::Part && !metric_.visible(judged.own)) return;
+    const ScreenMetric::Depth depth = metric_.depth(judged.own);
+    for (const Piece* piece : pieces) draw(*piece, judged, depth);
+  }
+
+  bool trySplit(const Diamond& d, const Judgement& judged, const Pieces& pieces) {
+    // Both triangles of the diamond exist exactly when both parents have split.
+    if (pieces.count != lattice_.apexes(d).count || (isMeshes_ && !areWhole(pieces))) return false;
+    const MorphRamps::Progress parents = parentsRamp(pieces);
+    const Children children = childrenOf(d, pieces);
+    if (!maySplit(d, judged, parents, children)) return false;
     Split made;
-    const double wanted = morphOf(d, judged);
+    const double wanted = morphOf(d, judged, children);
     made.ramp = ramps_.advance(d, parents, wanted, judged.excess());
     made.morph = static_cast<float>(std::min(wanted, made.ramp.share));
     made.errorMeters = judged.errorMeters;
     made.errorPixels = judged.errorPixels;
     const auto index = static_cast<int>(splits_.size());
     splits_.push_back(made);
-    for (const Triangle& t : lattice_.trianglesAfterSplit(d)) next.push_back({t, index});
+    for (const Child& child : children)
+      next_[runOf(child.triangle)].push_back({child.triangle, index, child.ground});
+    return true;
   }
 
-  void draw(const Piece& piece, const Judgement& judged) {
-    if (selection_.cull && !metric_.visible(judged.own)) return;
+  void draw(const Piece& piece, const Judgement& judged, const ScreenMetric::Depth& depth) {
     const Triangle& t = piece.triangle;
     Patch patch;
     patch.triangle = t;
@@ -491,31 +586,30 @@ class Selector {
       patch.morph = made.morph;
       if (made.morph < 1.0F) patch.errorPixels = static_cast<float>(mixedError(made, judged.errorMeters));
     }
+    TileInfo* tile = piece.ground.tile;
     if (isMeshes_) {
-      const MeshPlace place = meshOf(t);
-      patch.tile = place.tile;
+      const MeshPlace& place = piece.ground.mesh;
+      tile = place.tile;
       patch.mesh = place.at;
       patch.triangles = place.patch != nullptr ? place.patch->indexCount / 3 : 0;
-    } else {
-      patch.tile = lattice_.tileOf(t, grid_.tileLevel(t.diamond.level));
     }
+    patch.tile = tile->id;
 
     // The shading tile: as deep as one texel a pixel asks for, a tile can hold the patch, and tiles are here.
-    patch.shadingTile = patch.tile;
     const int deepest = std::min(t.diamond.level / 2, finestLevel_);
     for (int level = patch.tile.level; level < deepest; ++level) {
-      const double texel = metric_.lengthPixels(judged.own, tileSpacing(level));
+      const double texel = metric_.lengthPixels(tileSpacing(level), depth);
       if (texel <= selection_.texelPixels) break;
-      const TileId finer = lattice_.tileOf(t, level + 1);
-      const Residency residency = info(finer).residency;
-      if (residency == Residency::Missing) {
+      TileInfo& finer = childOf(*tile, lattice_.tileOf(t, level + 1));
+      if (finer.residency == Residency::Missing) {
         const double urgency = kShadingWishWeight * texel;
-        wishes_.forShading(
-            finer, {urgency, 0.5 * std::min(urgency, pictureDiagonal_), 0.5 * approximateArea(judged.own)});
+        wishes_.forShading(finer.id, {urgency, 0.5 * std::min(urgency, pictureDiagonal_),
+                                      0.5 * approximateArea(judged.own)});
       }
-      if (residency != Residency::Resident) break;
-      patch.shadingTile = finer;
+      if (finer.residency != Residency::Resident) break;
+      tile = &finer;
     }
+    patch.shadingTile = tile->id;
     cut_.patches.push_back(patch);
   }
 
@@ -546,9 +640,8 @@ class Selector {
   double pictureArea_;
   bool morphs_;
   MorphRamps ramps_;
-  std::unordered_map<TileId, TileInfo, TileIdHash> info_;
-  TileInfo* last_ = nullptr;  ///< what info() gave last, for lastId_
-  TileId lastId_;
+  std::deque<TileInfo> infos_;  ///< note: they point at each other, and so may never move
+  Level level_, next_;          ///< the triangles of the level that is looked at, and of the next one
   std::vector<Split> splits_;
   WishList wishes_;
   Cut cut_;

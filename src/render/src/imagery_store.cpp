@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace terrane {
 
@@ -14,6 +15,8 @@ constexpr int kPageColumns = 256;
 constexpr int kPageRows = 64;
 constexpr size_t kEntriesPerLayer = static_cast<size_t>(kPageColumns) * kPageRows;
 constexpr float kHeightFactor = 64.0F;
+/// Pages that are not drawn any more stay until there are so many more than twice those drawn.
+constexpr size_t kMostIdlePages = 4096;
 
 }  // namespace
 
@@ -26,6 +29,7 @@ Status ImageryStore::upload(TileId id, std::span<const uint8_t> rgba) {
   TERRANE_CHECK(id.valid() && (rgba.empty() || rgba.size() == size_t{4} * kBordered * kBordered),
                 "{}, {} bytes", toString(id), rgba.size());
   drop(id);
+  isChanged_ = true;
   int layer = -1;
   if (!rgba.empty()) {
     layer = pool_.take();
@@ -51,6 +55,7 @@ void ImageryStore::drop(TileId id) {
   if (found == layers_.end()) return;
   if (found->second >= 0) pool_.giveBack(found->second);
   layers_.erase(found);
+  isChanged_ = true;
 }
 
 std::optional<TileId> ImageryStore::nearest(TileId id) const {
@@ -61,8 +66,26 @@ std::optional<TileId> ImageryStore::nearest(TileId id) const {
   return id;
 }
 
+/// As selectPatches() gives patches: level by level, by place.
+bool ImageryStore::Known::operator<(const Known& other) const {
+  const Diamond &a = triangle.diamond, &b = other.triangle.diamond;
+  if (a.level != b.level) return a.level < b.level;
+  if (a.x != b.x) return a.x < b.x;
+  if (a.y != b.y) return a.y < b.y;
+  return triangle.apex < other.triangle.apex;
+}
+
 void ImageryStore::beginPages() {
-  entries_.clear();
+  std::swap(drawn_, before_);
+  drawn_.clear();
+  nextBefore_ = 0;
+  if (isChanged_ || made_ > 2 * before_.size() + kMostIdlePages) {
+    before_.clear();
+    entries_.clear();
+    made_ = 0;
+    uploadedEntries_ = 0;
+  }
+  if (!std::exchange(isChanged_, false)) return;
   deepest_.clear();
   for (const auto& [id, layer] : layers_) {
     for (TileId at = id;; at = at.parent()) {
@@ -76,6 +99,19 @@ void ImageryStore::beginPages() {
 
 int32_t ImageryStore::addPage(const Lattice& lattice, const Triangle& triangle, TileId shading) {
   if (layers_.empty()) return -1;
+  Known& known = drawn_.emplace_back();
+  known = {triangle, shading, lattice.depth(), -1};
+  while (nextBefore_ < before_.size() && before_[nextBefore_] < known) ++nextBefore_;
+  if (nextBefore_ < before_.size() && before_[nextBefore_].isOf(known)) {
+    known.page = before_[nextBefore_].page;
+  } else {
+    known.page = makePage(lattice, triangle, shading);
+    ++made_;
+  }
+  return known.page;
+}
+
+int32_t ImageryStore::makePage(const Lattice& lattice, const Triangle& triangle, TileId shading) {
   const auto ends = lattice.hypotenuse(triangle.diamond);
   const auto columns = std::minmax({ends[0].x, ends[1].x, triangle.apex.x});
   const auto rows = std::minmax({ends[0].y, ends[1].y, triangle.apex.y});
@@ -163,9 +199,20 @@ Status ImageryStore::finishPages() {
   const size_t layers = (entries_.size() + kEntriesPerLayer - 1) / kEntriesPerLayer;
   TERRANE_TRY(texels_.reserve(context_, 1));
   TERRANE_TRY(pages_.reserve(context_, std::max(1, static_cast<int>(layers))));
-  entries_.resize(layers * kEntriesPerLayer);
-  for (size_t layer = 0; layer < layers; ++layer)
-    pages_.uploadLayer(static_cast<int>(layer), &entries_[layer * kEntriesPerLayer]);
+  if (uploadedEntries_ == entries_.size()) return {};
+  // Whole rows, those that have begun again.
+  const size_t count = entries_.size();
+  entries_.resize((count + kPageColumns - 1) / kPageColumns * kPageColumns);
+  for (size_t row = uploadedEntries_ / kPageColumns; row * kPageColumns < count;) {
+    const size_t layer = row / kPageRows;
+    const size_t end = std::min(entries_.size() / kPageColumns, (layer + 1) * kPageRows);
+    pages_.upload(static_cast<int>(layer),
+                  {0, static_cast<int>(row % kPageRows), kPageColumns, static_cast<int>(end - row)},
+                  &entries_[row * kPageColumns]);
+    row = end;
+  }
+  entries_.resize(count);
+  uploadedEntries_ = count;
   return {};
 }
 

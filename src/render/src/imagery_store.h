@@ -42,12 +42,13 @@ class ImageryStore {
   size_t tileCount() const { return layers_.size(); }
   size_t gpuBytes() const { return texels_.sizeBytes() + pages_.sizeBytes(); }
 
-  /// Begins the pages of a frame.
+  /// Begins the pages of a frame. Those of the frame before are still there: a page stays the same as long as
+  /// no tile comes or goes.
   void beginPages();
   /// The page of a patch whose shading tile is `shading`: a number for the shader, -1 where there is no
   /// imagery. The tile's ancestors must be here where the tile is.
   int32_t addPage(const Lattice& lattice, const Triangle& triangle, TileId shading);
-  /// Hands the pages to the GPU.
+  /// Hands the pages that are new to the GPU.
   Status finishPages();
 
   void bind() const;
@@ -60,6 +61,19 @@ class ImageryStore {
   };
   /// The nearest tile upwards that is here, itself included.
   std::optional<TileId> nearest(TileId id) const;
+  int32_t makePage(const Lattice& lattice, const Triangle& triangle, TileId shading);
+
+  /// What a page follows from, as long as no tile comes or goes.
+  struct Known {
+    Triangle triangle;
+    TileId shading;
+    int32_t depth = 0;  ///< of the lattice
+    int32_t page = -1;
+    bool operator<(const Known& other) const;
+    bool isOf(const Known& other) const {
+      return triangle == other.triangle && shading == other.shading && depth == other.depth;
+    }
+  };
 
   const gpu::Context& context_;
   gpu::TextureArray texels_;
@@ -67,7 +81,14 @@ class ImageryStore {
   LayerPool pool_;
   std::unordered_map<TileId, int, TileIdHash> layers_;   ///< -1: no picture
   std::unordered_map<TileId, int, TileIdHash> deepest_;  ///< level of the deepest tile at or below it
+  bool isChanged_ = true;  ///< tiles have come or gone since the last pages were begun
+  /// The pages of this frame and of the one before, in the order in which they were added: as cuts have
+  /// their patches in the same order from frame to frame, the two are gone through side by side.
+  std::vector<Known> drawn_, before_;
+  size_t nextBefore_ = 0;
+  size_t made_ = 0;  ///< pages that are in entries_, drawn or not
   std::vector<Entry> entries_;
+  size_t uploadedEntries_ = 0;  ///< of entries_, the first so many
 };
 
 }  // namespace terrane

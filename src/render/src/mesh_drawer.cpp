@@ -53,6 +53,7 @@ Status MeshDrawer::setCut(const Cut& cut, const Frame& frame, LatticePoint ancho
   }
   TERRANE_TRY(meshes.upload());
   TileId last{-1, 0, 0};
+  TileColors colors;
   for (size_t i = 0; i < cut.patches.size(); ++i) {
     const Patch& patch = cut.patches[i];
     const MeshStore::Entry* entry = entries[i];
@@ -72,7 +73,7 @@ Status MeshDrawer::setCut(const Cut& cut, const Frame& frame, LatticePoint ancho
     record.corners = {packed(corners.apex), packed(corners.ends[0]), packed(corners.ends[1]), 0};
     const auto cells = shadingCells(origin, 1 << shift, cut.latticeDepth, shading.tile, frame);
     for (size_t c = 0; c < cells.size(); ++c) record.shading[c] = bitCast<int32_t>(cells[c]);
-    record.layers = {shading.entry->layer, shading.entry->coverageLayer, tileColor(patch.tile),
+    record.layers = {shading.entry->layer, shading.entry->coverageLayer, colors.of(patch.tile),
                      bitCast<int32_t>(patch.errorPixels)};
     record.imagery = {imagery.addPage(lattice, patch.triangle, shading.tile), bitCast<int32_t>(patch.morph),
                       0, 0};

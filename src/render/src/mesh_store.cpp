@@ -43,9 +43,31 @@ void MeshStore::setAttributes(const gpu::VertexArray& vertexArray) const {
 }
 
 void MeshStore::add(TileId id, std::shared_ptr<const MeshLevel> meshes) {
-  std::shared_ptr<const MeshLevel>& kept = meshes_[id][meshes->level];
-  if (kept != nullptr) releaseAll(id, *kept);
-  kept = std::move(meshes);
+  Level& kept = meshes_[id][meshes->level];
+  if (kept.meshes != nullptr) releaseAll(id, *kept.meshes);
+  kept.entries.assign(meshes->patches.size(), nullptr);
+  kept.meshes = std::move(meshes);
+}
+
+/// Patches of a tile and level mostly follow each other.
+MeshStore::Level* MeshStore::find(TileId id, int level) {
+  if (last_ != nullptr && lastTile_ == id && lastLevel_ == level) return last_;
+  const auto tile = meshes_.find(id);
+  if (tile == meshes_.end()) return nullptr;
+  const auto at = tile->second.find(level);
+  if (at == tile->second.end()) return nullptr;
+  last_ = &at->second;
+  lastTile_ = id;
+  lastLevel_ = level;
+  return last_;
+}
+
+void MeshStore::forget(const Key& key) {
+  const auto at = entries_.find(key);
+  if (at == entries_.end()) return;
+  release(at->second);
+  entries_.erase(at);
+  if (Level* level = find(key.tile, key.level)) level->entries[static_cast<size_t>(key.index)] = nullptr;
 }
 
 bool MeshStore::has(TileId id, int level) const {
@@ -56,17 +78,15 @@ bool MeshStore::has(TileId id, int level) const {
 void MeshStore::drop(TileId id) {
   const auto found = meshes_.find(id);
   if (found == meshes_.end()) return;
-  for (const auto& [level, meshes] : found->second) releaseAll(id, *meshes);
+  for (const auto& [level, held] : found->second) releaseAll(id, *held.meshes);
   meshes_.erase(found);
+  last_ = nullptr;
 }
 
 void MeshStore::releaseAll(TileId id, const MeshLevel& meshes) {
   forgetArriving();
   for (int index = 0; index < static_cast<int>(meshes.patches.size()); ++index) {
-    const auto at = entries_.find({id, meshes.level, index});
-    if (at == entries_.end()) continue;
-    release(at->second);
-    entries_.erase(at);
+    forget({id, meshes.level, index});
   }
 }
 
@@ -81,10 +101,7 @@ void MeshStore::beginFrame() {
 
 /// What a frame that failed did not upload was never there.
 void MeshStore::forgetArriving() {
-  for (const auto& [key, entry] : arriving_) {
-    release(*entry);
-    entries_.erase(key);
-  }
+  for (const auto& [key, entry] : arriving_) forget(key);
   arriving_.clear();
   arrivingVertices_ = arrivingIndices_ = 0;
 }
@@ -118,28 +135,28 @@ bool MeshStore::freeOldest() {
   if (at->second.frame == frame_) {
     arrive(at->first, at->second);
   } else {
-    release(at->second);
-    entries_.erase(at);
+    forget(oldest.key);
   }
   return true;
 }
 
 Result<const MeshStore::Entry*> MeshStore::place(TileId id, int level, int index) {
-  const Key key{id, level, index};
-  if (const auto at = entries_.find(key); at != entries_.end()) {
-    at->second.frame = frame_;
-    return &at->second;
-  }
-  const auto tile = meshes_.find(id);
-  if (tile == meshes_.end() || tile->second.count(level) == 0)
+  Level* const held = find(id, level);
+  if (held == nullptr)
     return makeError("the cut draws a mesh of tile {}, level {}, which was not made", toString(id), level);
+  Entry*& kept = held->entries[static_cast<size_t>(index)];
+  if (kept != nullptr) {
+    kept->frame = frame_;
+    return kept;
+  }
+  const Key key{id, level, index};
   Entry entry;
-  entry.meshes = tile->second.at(level);
+  entry.meshes = held->meshes;
   entry.index = index;
   entry.frame = frame_;
-  Entry& kept = entries_.emplace(key, std::move(entry)).first->second;
-  arrive(key, kept);
-  return &kept;
+  kept = &entries_.emplace(key, std::move(entry)).first->second;
+  arrive(key, *kept);
+  return kept;
 }
 
 Status MeshStore::upload() {

@@ -92,6 +92,13 @@ class MeshStore {
     uint64_t firstVertex = 0;  ///< counted on from around to around
     uint64_t firstIndex = 0;
   };
+  /// A tile's meshes of one level, and which of them have entries.
+  struct Level {
+    std::shared_ptr<const MeshLevel> meshes;
+    std::vector<Entry*> entries;  ///< by patch; null: none
+  };
+  Level* find(TileId id, int level);
+  void forget(const Key& key);
   Status makeBuffers();
   bool hasRoom() const;
   bool freeOldest();
@@ -101,7 +108,10 @@ class MeshStore {
   void forgetArriving();
 
   gpu::Context& context_;
-  std::unordered_map<TileId, std::map<int, std::shared_ptr<const MeshLevel>>, TileIdHash> meshes_;
+  std::unordered_map<TileId, std::map<int, Level>, TileIdHash> meshes_;
+  Level* last_ = nullptr;  ///< what find() gave last, for these two
+  TileId lastTile_;
+  int lastLevel_ = 0;
   std::unordered_map<Key, Entry, KeyHash> entries_;
   LayerPool slots_;
   gpu::KeptBuffer vertices_;

@@ -14,6 +14,12 @@ double powerOfTwo(int exponent) {
   return std::ldexp(1.0, exponent);
 }
 
+/// Which of the instances, and how far from the anchor, squared.
+struct Placed {
+  double distance;
+  size_t index;
+};
+
 }  // namespace
 
 // The hue jumps by the golden angle.
@@ -66,12 +72,21 @@ Result<PatchInstances> makePatchInstances(const Cut& cut, const Frame& frame, La
   const Lattice lattice(cut.latticeDepth);
   PatchInstances out;
   std::unordered_set<TileId, TileIdHash> used;
+  std::array<std::vector<PatchInstance>, 2> instances;
+  std::array<std::vector<Placed>, 2> order;
+  TileColors colors;
+  // Patches of a tile mostly follow each other.
+  TileId last{-1, 0, 0};
+  const TileStore::Entry* heights = nullptr;
   for (const Patch& patch : cut.patches) {
-    const TileStore::Entry* heights = tiles.find(patch.tile);
-    if (heights == nullptr)
-      return makeError("the cut draws tile {}, which was not uploaded", toString(patch.tile));
+    if (!(patch.tile == last)) {
+      heights = tiles.find(patch.tile);
+      if (heights == nullptr)
+        return makeError("the cut draws tile {}, which was not uploaded", toString(patch.tile));
+      used.insert(patch.tile);
+      last = patch.tile;
+    }
     TERRANE_ASSIGN(const ShadingPlace shading, shadingPlace(patch, tiles));
-    used.insert(patch.tile);
     if (shading.entry->coverage == Coverage::Kind::None) continue;
 
     const PatchPlacement place = placePatch(lattice, cut.grid, patch.triangle);
@@ -85,23 +100,25 @@ Result<PatchInstances> makePatchInstances(const Cut& cut, const Frame& frame, La
                       heights->layer};
 
     instance.shading = shadingCells(place.origin, place.unit, cut.latticeDepth, shading.tile, frame);
-    instance.layers = {shading.entry->layer, shading.entry->coverageLayer, tileColor(patch.tile),
+    instance.layers = {shading.entry->layer, shading.entry->coverageLayer, colors.of(patch.tile),
                        bitCast<int32_t>(patch.errorPixels)};
     instance.imagery[1] = bitCast<int32_t>(patch.morph);
     if (imagery != nullptr) instance.imagery[0] = imagery->addPage(lattice, patch.triangle, shading.tile);
-    out.byTemplate[static_cast<size_t>(patch.triangle.diamond.level & 1)].push_back(instance);
+    const double x = instance.lattice[0], y = instance.lattice[1];
+    const auto which = static_cast<size_t>(patch.triangle.diamond.level & 1);
+    order[which].push_back({x * x + y * y, instances[which].size()});
+    instances[which].push_back(instance);
   }
   out.tileCount = static_cast<int>(used.size());
 
   // Near patches first: what they hide is not shaded.
-  const auto nearer = [](const PatchInstance& a, const PatchInstance& b) {
-    const auto squared = [](const PatchInstance& p) {
-      return static_cast<double>(p.lattice[0]) * p.lattice[0] +
-             static_cast<double>(p.lattice[1]) * p.lattice[1];
-    };
-    return squared(a) < squared(b);
-  };
-  for (auto& instances : out.byTemplate) std::stable_sort(instances.begin(), instances.end(), nearer);
+  for (size_t which = 0; which < order.size(); ++which) {
+    std::sort(order[which].begin(), order[which].end(), [](const Placed& a, const Placed& b) {
+      return a.distance != b.distance ? a.distance < b.distance : a.index < b.index;
+    });
+    out.byTemplate[which].reserve(order[which].size());
+    for (const Placed& each : order[which]) out.byTemplate[which].push_back(instances[which][each.index]);
+  }
   return out;
 }
 

@@ -43,6 +43,19 @@ glm::dvec2 latticeSpacing(const Frame& frame, int latticeDepth);
 
 /// A colour of its own for a tile, the same in every run, as 0xBBGGRR.
 int32_t tileColor(TileId id);
+/// The same for tiles of which mostly the same is asked for several times.
+class TileColors {
+ public:
+  int32_t of(TileId id) {
+    if (!(id == last_)) color_ = tileColor(id);
+    last_ = id;
+    return color_;
+  }
+
+ private:
+  TileId last_{-1, 0, 0};
+  int32_t color_ = 0;
+};
 
 /// From where fragments of a patch are lit.
 struct ShadingPlace {

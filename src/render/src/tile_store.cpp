@@ -103,12 +103,17 @@ void TileStore::drop(TileId id) {
   layers_.giveBack(found->second.layer);
   if (found->second.coverageLayer >= 0) coverageLayers_.giveBack(found->second.coverageLayer);
   tiles_.erase(found);
+  last_ = nullptr;
   markAround(id);
 }
 
 const TileStore::Entry* TileStore::find(TileId id) const {
+  if (last_ != nullptr && lastId_ == id) return last_;
   const auto found = tiles_.find(id);
-  return found == tiles_.end() ? nullptr : &found->second;
+  if (found == tiles_.end()) return nullptr;
+  lastId_ = id;
+  last_ = &found->second;
+  return last_;
 }
 
 void TileStore::markAround(TileId id) {

@@ -72,6 +72,9 @@ class TileStore {
   LayerPool layers_;
   LayerPool coverageLayers_;
   std::unordered_map<TileId, Entry, TileIdHash> tiles_;
+  /// What find() gave last, and for which tile: patches of a tile mostly follow each other.
+  mutable const Entry* last_ = nullptr;
+  mutable TileId lastId_;
   std::vector<TileId> stale_;
 };
 

@@ -120,7 +120,10 @@ void TileShelf::keepWithinBudgets(uint64_t turn) {
     }
   }
 
-  // What nothing is known of any more needs no entry.
+  // What nothing is known of any more needs no entry; but it does no harm for a while.
+  constexpr uint64_t kTurnsBetweenSweeps = 32;
+  if (turn < nextSweep_) return;
+  nextSweep_ = turn + kTurnsBetweenSweeps;
   for (auto at = entries_.begin(); at != entries_.end();) {
     const ShelfEntry& entry = at->second;
     const bool isEmpty = entry.payload == nullptr && entry.beginning.empty() && !entry.isDecoded() &&

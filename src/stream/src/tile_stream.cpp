@@ -131,7 +131,8 @@ class TileStream::State {
       const ShelfEntry* entry = shelf_.find(ranked.key);
       out.wishes += entry == nullptr || (!entry->isDecoded() && !entry->lost) ? 1 : 0;
     }
-    out.tilesLost = shelf_.lostTiles();
+    // Without a failure nothing is lost.
+    if (statistics_.requestsFailed + statistics_.tilesDamaged > 0) out.tilesLost = shelf_.lostTiles();
     out.looseness = pace_.looseness();
     out.bytesPerSecond = line_.bytesPerSecond();
     out.latencySeconds = line_.latencySeconds();
@@ -739,10 +740,9 @@ class TileStream::State {
   uint64_t wishedBytes() const {
     uint64_t sum = 0;
     for (const StreamWish& wish : wishes_) {
+      if (wish.chance < 1.0) continue;
       const ShelfEntry* entry = shelf_.find(wish.key);
-      if (wish.chance < 1.0 ||
-          (entry != nullptr && (entry->isDecoded() || entry->payload != nullptr || entry->lost)))
-        continue;
+      if (entry != nullptr && (entry->isDecoded() || entry->payload != nullptr || entry->lost)) continue;
       sum += storedBytes(wish.key);
     }
     return sum;

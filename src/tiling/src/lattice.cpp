@@ -10,12 +10,13 @@ namespace {
 
 /// Does the hypotenuse of a quad-centre run from north-west to south-east? Diagonals alternate like the
 /// fields of a checkerboard: they join the corners whose coordinates, in sides of the square, sum up even.
+/// note: the half-size is a power of two, its multiples are told by one of their bits.
 bool hypotenuseFallsEastward(const Diamond& d, int32_t s) {
-  return (((d.x - s) / (2 * s) + (d.y - s) / (2 * s)) & 1) == 0;
+  return (((d.x - s) ^ (d.y - s)) & (2 * s)) == 0;
 }
 
 bool onHorizontalEdge(const Diamond& d, int32_t s) {
-  return ((d.x / s) & 1) != 0;
+  return (d.x & s) != 0;
 }
 
 }  // namespace

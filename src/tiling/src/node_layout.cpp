@@ -1,27 +1,42 @@
 #include "terrane/tiling/node_layout.h"
 
+#include <array>
+
 #include "terrane/base/check.h"
 
 namespace terrane {
 
 namespace {
 
+constexpr int kTileBits = 8;
+static_assert(kTileCells == 1 << kTileBits);
+
 /// The place of a diamond among a tile's diamonds of its level: quad-centres row by row; edge-centres first
 /// those on horizontal edges, then those on vertical ones.
 int indexInLevel(int nodeLevel, int x, int y) {
+  const int half = nodeLevel / 2;
   const int side = nodeGridSide(nodeLevel);
-  const int s = nodeHalfSize(nodeLevel);
-  const int col = x / (2 * s);
-  const int row = y / (2 * s);
-  if (nodeLevel % 2 == 0) return row * side + col;
-  const bool onHorizontalEdge = (x / s) % 2 != 0;
-  return onHorizontalEdge ? row * side + col : side * (side + 1) + row * (side + 1) + col;
+  // Sides of quads are powers of two.
+  const int col = x >> (kTileBits - half);
+  const int row = y >> (kTileBits - half);
+  if (nodeLevel % 2 == 0) return (row << half) + col;
+  const bool onHorizontalEdge = (x & nodeHalfSize(nodeLevel)) != 0;
+  return onHorizontalEdge ? (row << half) + col : side * (side + 1) + row * (side + 1) + col;
 }
+
+constexpr std::array<int, kNodeLevels + 1> nodeOffsets(bool isRoot) {
+  std::array<int, kNodeLevels + 1> out{};
+  for (int level = 0; level <= kNodeLevels; ++level)
+    out[static_cast<size_t>(level)] = nodeOffset(level, isRoot);
+  return out;
+}
+constexpr std::array<std::array<int, kNodeLevels + 1>, 2> kNodeOffsets = {nodeOffsets(false),
+                                                                          nodeOffsets(true)};
 
 }  // namespace
 
 int nodeIndex(int nodeLevel, int x, int y, bool isRoot) {
-  return nodeOffset(nodeLevel, isRoot) + indexInLevel(nodeLevel, x, y);
+  return kNodeOffsets[isRoot ? 1 : 0][static_cast<size_t>(nodeLevel)] + indexInLevel(nodeLevel, x, y);
 }
 
 int largeNodeIndex(int k, int nodeLevel, int x, int y, bool isRoot) {

@@ -1,7 +1,7 @@
 /**
  * The script of a Web Worker that decodes for the engine, in a memory of its own. Orders come as `{ serial, kind, bytes, size }`,
  * answers go as `{ serial, bytes, size }`: the first `size` of a buffer that is handed over, and back with the answer if that
- * fits into it. `{}` asks whether it is ready, and `{}` says so; `{ problem }`, that it can do no more.
+ * fits into it. `{}` says that it is ready, at first and whenever `{}` asks; `{ problem }`, that it can do no more.
  *
  * The browser's tests run this file as it is: it is JavaScript, too.
  */
@@ -24,6 +24,8 @@ makeWorkerModule().then(
       new Uint8Array(back).set(answer);
       scope.postMessage({ serial, bytes: back, size: answer.length }, { transfer: [back] });
     };
+    // What asked before this moment was not heard.
+    scope.postMessage({});
   },
   (error) => scope.postMessage({ problem: `its module did not load: ${error}` }),
 );

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -13,6 +15,62 @@
 /// Values as bytes, for another memory that this same program runs in (a Web Worker's): as they lie in
 /// memory, one after the other. Not a format: nothing of it is kept, or comes from elsewhere.
 namespace terrane {
+
+/// What a memory at the other end still has of the objects that were sent there: the last so many. Each is
+/// sent whole once, and then named by its place.
+class SentObjects {
+ public:
+  static constexpr uint32_t kMost = 24;
+  struct Place {
+    uint32_t slot = kMost;  ///< kMost: the other end keeps nothing
+    bool isThere = false;
+  };
+  /// Where an object is or, if it is not there, comes to be: in place of the one not sent for longest.
+  Place of(const std::shared_ptr<const void>& object) {
+    uint32_t oldest = 0;
+    for (uint32_t slot = 0; slot < kMost; ++slot) {
+      if (slots_[slot].address == object.get() && !slots_[slot].object.expired()) {
+        slots_[slot].used = ++uses_;
+        return {slot, true};
+      }
+      if (slots_[slot].used < slots_[oldest].used) oldest = slot;
+    }
+    slots_[oldest] = {object.get(), object, ++uses_};
+    return {oldest, false};
+  }
+
+ private:
+  struct Slot {
+    const void* address = nullptr;
+    std::weak_ptr<const void> object;  ///< note: another object may come to lie where an old one lay
+    uint64_t used = 0;
+  };
+  std::array<Slot, kMost> slots_;
+  uint64_t uses_ = 0;
+};
+
+/// The other end of SentObjects.
+class KeptObjects {
+ public:
+  template <class T>
+  std::shared_ptr<const T> find(uint32_t slot) const {
+    if (slot >= slots_.size() || slots_[slot].type != &kType<T>) return nullptr;
+    return std::static_pointer_cast<const T>(slots_[slot].object);
+  }
+  template <class T>
+  void keep(uint32_t slot, std::shared_ptr<const T> object) {
+    if (slot < slots_.size()) slots_[slot] = {std::move(object), &kType<T>};
+  }
+
+ private:
+  template <class T>
+  static constexpr char kType = 0;
+  struct Slot {
+    std::shared_ptr<const void> object;
+    const char* type = nullptr;
+  };
+  std::array<Slot, SentObjects::kMost> slots_;
+};
 
 /// Writes values one after the other.
 class Packer {
@@ -37,6 +95,16 @@ class Packer {
     value(static_cast<uint64_t>(words.size()));
     elements(words.data(), words.size());
   }
+  /// Objects that `receiver` has already are named only. It must outlive the packing.
+  void sendTo(SentObjects* receiver) { receiver_ = receiver; }
+  /// `packValue(packer, object)`, unless the receiver has it.
+  template <class T, class PackValue>
+  void object(const std::shared_ptr<const T>& object, const PackValue& packValue) {
+    const SentObjects::Place place = receiver_ != nullptr ? receiver_->of(object) : SentObjects::Place{};
+    value(place.slot);
+    value(static_cast<uint8_t>(place.isThere ? 1 : 0));
+    if (!place.isThere) packValue(*this, *object);
+  }
   void reserve(size_t bytes) { bytes_.reserve(bytes_.size() + bytes); }
   const std::vector<uint8_t>& bytes() const { return bytes_; }
   std::vector<uint8_t> take() { return std::move(bytes_); }
@@ -49,6 +117,7 @@ class Packer {
     bytes_.insert(bytes_.end(), bytes, bytes + size);
   }
   std::vector<uint8_t> bytes_;
+  SentObjects* receiver_ = nullptr;
 };
 
 /// Reads what a Packer wrote. Where bytes are missing, or a size is not what it must be, it gives zeros and
@@ -56,7 +125,9 @@ class Packer {
 /// are.
 class Unpacker {
  public:
-  explicit Unpacker(std::span<const uint8_t> bytes) : bytes_(bytes) {}
+  /// `kept`: where objects stay that may be named again; null: nowhere.
+  explicit Unpacker(std::span<const uint8_t> bytes, KeptObjects* kept = nullptr)
+      : bytes_(bytes), kept_(kept) {}
 
   template <class T>
   T value() {
@@ -85,6 +156,20 @@ class Unpacker {
     std::vector<T> out = array<T>();
     require(out.size() == count, "an array of another size");
     return out;
+  }
+  /// What Packer::object() wrote: `unpackValue(unpacker)`, or what is kept. Never null.
+  template <class T, class UnpackValue>
+  std::shared_ptr<const T> object(const UnpackValue& unpackValue) {
+    const auto slot = value<uint32_t>();
+    std::shared_ptr<const T> out;
+    if (value<uint8_t>() != 0) {
+      if (kept_ != nullptr) out = kept_->template find<T>(slot);
+      require(out != nullptr, "an object that is not here");
+    } else {
+      out = std::make_shared<const T>(unpackValue(*this));
+      if (ok() && kept_ != nullptr) kept_->keep(slot, out);
+    }
+    return ok() ? out : std::make_shared<const T>();
   }
   std::string text() {
     const std::vector<char> words = array<char>();
@@ -116,6 +201,7 @@ class Unpacker {
   std::span<const uint8_t> bytes_;
   size_t at_ = 0;
   const char* wrong_ = nullptr;
+  KeptObjects* kept_ = nullptr;
 };
 
 /// A result: its value by `packValue(packer, value)`, or the error's words.

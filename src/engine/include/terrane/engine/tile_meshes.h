@@ -20,9 +20,9 @@ class TileMeshes {
   std::shared_ptr<const MeshLevel> get(TileId id, int level) const;
   const MeshLevel* find(TileId id, int level) const;
   void add(TileId id, std::shared_ptr<const MeshLevel> meshes);
-  void drop(TileId id) { made_.erase(id); }
-  void clear() { made_.clear(); }
-  size_t sizeBytes() const;
+  void drop(TileId id);
+  void clear();
+  size_t sizeBytes() const { return sizeBytes_; }
 
   /// What answers a wish: the wished level and, of a tile's own levels, those after it, which will be wished
   /// next. A pure function, any thread; some milliseconds. The level before must be made.
@@ -40,6 +40,7 @@ class TileMeshes {
   MeshScale meshScale_;
   ElevationScale scale_;
   std::unordered_map<TileId, std::map<int, std::shared_ptr<const MeshLevel>>, TileIdHash> made_;
+  size_t sizeBytes_ = 0;
 };
 
 }  // namespace terrane

@@ -14,9 +14,9 @@ namespace terrane {
 struct PrepareTile {
   static constexpr uint32_t kKind = 16;
   using Answer = std::shared_ptr<const PreparedTile>;
-  std::shared_ptr<const TileSamples> samples;
+  std::shared_ptr<const Tile> tile;
 
-  Answer run() const { return prepareTile(*samples); }
+  Answer run() const { return prepareTile(tile->samples); }
   void pack(Packer& packer) const;
   static PrepareTile unpack(Unpacker& unpacker);
   static void packAnswer(Packer& packer, const Answer& answer);
@@ -31,7 +31,7 @@ struct MakeMeshes {
   std::shared_ptr<const Tile> tile;
 
   Answer run() const { return TileMeshes::make(order, *tile); }
-  /// Takes along what makeMeshLevel() reads: samples and nodes' errors, and vertices of the level before.
+  /// Takes along what makeMeshLevel() reads: the tile, if it is not there, and vertices of the level before.
   void pack(Packer& packer) const;
   static MakeMeshes unpack(Unpacker& unpacker);
   static void packAnswer(Packer& packer, const Answer& answer);

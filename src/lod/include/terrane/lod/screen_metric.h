@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -29,14 +30,30 @@ class ScreenMetric {
   /// is widened (the tolerance tau). `nearMeters`: nothing closer than this is drawn.
   ScreenMetric(const Camera& camera, glm::dvec2 cellMeters, double toleranceWindow, double nearMeters);
 
-  /// Is some of the prism inside the window's frustum? May say yes for prisms just outside.
-  bool visible(const Prism& prism) const;
+  /// How much of a prism is inside the window's frustum. May say Part for prisms just outside; what lies in
+  /// a prism that is there as a whole is, too.
+  enum class Sight : uint8_t { None, Part, Whole };
+  Sight sight(const Prism& prism) const;
+  bool visible(const Prism& prism) const { return sight(prism) != Sight::None; }
+
+  /// How far away what is seen of a prism is: sizes on screen hang on it, several of one prism on the same.
+  struct Depth {
+    bool isInFront = false;  ///< some of the prism is in front of the camera
+    double least = 0.0;      ///< a lower bound of the view depth of what is visible of it
+  };
+  Depth depth(const Prism& prism) const;
   /// Bound, in pixels, of the distance on screen between two points on one vertical inside the prism that
   /// are at most `errorMeters` apart, where at least one is in the window. Infinite where the camera is
   /// inside the prism. 0 where the prism is outside the window.
-  double errorPixels(const Prism& prism, double errorMeters) const;
+  double errorPixels(const Prism& prism, double errorMeters) const {
+    return errorPixels(prism, errorMeters, depth(prism));
+  }
+  double errorPixels(const Prism& prism, double errorMeters, const Depth& depth) const;
   /// Bound, in pixels, of the size on screen of a horizontal length inside the prism.
-  double lengthPixels(const Prism& prism, double lengthMeters) const;
+  double lengthPixels(const Prism& prism, double lengthMeters) const {
+    return lengthPixels(lengthMeters, depth(prism));
+  }
+  double lengthPixels(double lengthMeters, const Depth& depth) const;
   /// Square pixels of the picture that the prism's outline covers. For weighing, not for deciding: costs
   /// microseconds.
   double areaPixels(const Prism& prism) const;
@@ -54,9 +71,11 @@ class ScreenMetric {
     std::array<glm::dvec2, 40> tangents;
     int count = 0;
   };
-  void findVisiblePoints(const Prism& prism, VisiblePoints& out) const;
-  /// A lower bound of the view depth of what is visible of the prism.
-  double visibleDepth(const Prism& prism, double nearestDepth) const;
+  /// The corners of a prism in view coordinates: the lower ring, and the upper one.
+  using Corners = std::array<std::array<glm::dvec3, 8>, 2>;
+  Corners corners(const Prism& prism) const;
+  bool areAllBeyondNear(const Corners& view) const;
+  void findVisiblePoints(const Corners& view, VisiblePoints& out) const;
 
   Camera camera_;
   glm::dvec2 cellMeters_;

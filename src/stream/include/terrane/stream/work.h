@@ -57,11 +57,11 @@ class OrderedWork final : public Work {
   Take take_;
 };
 
-/// Runs an order of that type that came as bytes and packs the answer. Error: the bytes are no order; then
-/// nothing is packed.
+/// Runs an order of that type that came as bytes and packs the answer. `kept`: where what orders have in
+/// common stays; null: nowhere. Error: the bytes are no order; then nothing is packed.
 template <class Order>
-Status runPacked(std::span<const uint8_t> bytes, Packer& answer) {
-  Unpacker unpacker(bytes);
+Status runPacked(std::span<const uint8_t> bytes, Packer& answer, KeptObjects* kept = nullptr) {
+  Unpacker unpacker(bytes, kept);
   const Order order = Order::unpack(unpacker);
   TERRANE_TRY(unpacker.status());
   Order::packAnswer(answer, order.run());
