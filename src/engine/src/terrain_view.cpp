@@ -91,7 +91,7 @@ class TerrainView::State {
     stream_.poll(nowSeconds);
     if (stream_.phase() == StreamPhase::Failed) return makeError("{}", stream_.problem());
     if (stream_.phase() == StreamPhase::Opening) return false;
-    if (tiles_ == nullptr) TERRANE_TRY(begin());
+    if (tiles_ == nullptr) TERRANE_TRY(begin(nowSeconds));
 
     const std::vector<TileKey> news = stream_.takeNews();
     tiles_->arrived(news, frame_);
@@ -147,7 +147,7 @@ class TerrainView::State {
   }
 
  private:
-  Status begin() {
+  Status begin(double nowSeconds) {
     const size_t decodedBytes = kTileSampleCount * (sizeof(float) + sizeof(SampleState)) + 4096;
     const uint64_t geometry = options_.gpuGeometryBytes / TerrainRenderer::geometryBytesPerTile();
     const uint64_t decoded = options_.stream.decodedBytes / decodedBytes;
@@ -167,6 +167,12 @@ class TerrainView::State {
     if (imageryLayers_) imagery_->setLayers(*imageryLayers_);
     imagery_->setShown(hasImagery);
     order_ = {TileId{}};
+    // The root may have come with the directory: then it is drawn in this frame already.
+    const TileKey root{TileKey::kElevation, TileId{}};
+    if (stream_.elevation(root.tile) != nullptr) return {};
+    const StreamWish wish{root, 2.0, 1.0, 1.0, 1.0, 1.0};
+    stream_.want({&wish, 1});
+    stream_.poll(nowSeconds);
     return {};
   }
 

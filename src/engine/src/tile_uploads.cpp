@@ -68,6 +68,11 @@ bool TileUploads::isPrepared(TileId id, uint64_t frame) {
     if (tile == nullptr) return false;
     at = prepared_.emplace(id, Prepared{tile, nullptr, frame}).first;
     if (renderer_ == nullptr) return true;
+    // note: before the root there is nothing to draw.
+    if (id.isRoot()) {
+      at->second.made = prepareTile(tile->samples);
+      return true;
+    }
     workers_.order(PrepareTile{tile}, [finished = finished_, tile](std::shared_ptr<const PreparedTile> made) {
       const std::lock_guard lock(finished->mutex);
       finished->made.emplace_back(tile, std::move(made));

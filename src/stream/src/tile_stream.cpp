@@ -515,6 +515,8 @@ class TileStream::State {
       order.quadrant = key.tile.quadrant();
     }
     begin(entry);
+    // note: before the root there is nothing to draw, and its way to a worker and back takes longer than it.
+    if (key.tile.isRoot()) return takerOf(key, false)(order.run());
     workers_.order(std::move(order), takerOf(key, false));
   }
 
