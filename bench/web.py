@@ -27,7 +27,7 @@ FLIGHT = Path("bench/measure_surfaces/flight.json")
 STEPS, STEPS_A_SECOND, WIDTH, HEIGHT = 600, 60, 1280, 720
 BYTES_PER_SECOND, LATENCY_MS = 5e6, 50
 FINEST_IMAGERY = 13  # 9.4 m a texel here; the picture has 10 m
-IMAGERY_QUALITY = 80  # as ours
+IMAGERY_FORMAT, IMAGERY_QUALITY = "WEBP", 75  # as ours by default
 MERCATOR_HALF = math.pi * 6378137
 SHOTS = [0, 120, 300, 480]  # steps: at rest before the flight, and in motion
 CRACK_SHOTS = list(range(20, STEPS + 1, 20))
@@ -145,9 +145,9 @@ def mercator_row(latitude, tiles):
 
 
 def make_imagery(picture):
-    """JPEG tiles of the picture in the web Mercator scheme, each level averaged from the finer one."""
+    """WebP tiles of the picture in the web Mercator scheme, each level averaged from the finer one."""
     out, part = FOLDER / "imagery", FOLDER / "imagery.part"
-    stamp = stamp_of(picture.path)
+    stamp = stamp_of(picture.path) + f"{IMAGERY_FORMAT} {IMAGERY_QUALITY}\n"
     if is_current(out / "stamp", stamp):
         return
     print("Making imagery tiles for CesiumJS", file=sys.stderr)
@@ -168,11 +168,11 @@ def make_imagery(picture):
         )
         for col in range(cols[0], cols[1] + 1):
             for row in range(rows[0], rows[1] + 1):
-                tile = part / str(level) / str(col) / f"{row}.jpg"
+                tile = part / str(level) / str(col) / f"{row}.webp"
                 tile.parent.mkdir(parents=True, exist_ok=True)
                 corner = [256 * (col - cols[0]), 256 * (row - rows[0])]
                 measuring.run(
-                    ["gdal_translate", "-q", "-of", "JPEG", "-co", f"QUALITY={IMAGERY_QUALITY}", "-co", "PROGRESSIVE=ON"]
+                    ["gdal_translate", "-q", "-of", IMAGERY_FORMAT, "-co", f"QUALITY={IMAGERY_QUALITY}"]
                     + ["--config", "GDAL_PAM_ENABLED", "NO", "-srcwin", *corner, 256, 256, warped, tile]
                 )
                 count, size = count + 1, size + tile.stat().st_size

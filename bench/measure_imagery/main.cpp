@@ -9,11 +9,12 @@
 #include "terrane/dataset/dataset.h"
 #include "terrane/measure/bench_result.h"
 
-/// What imagery takes: bytes a texel and PSNR beside GDAL's JPEG COG, raw texels and BC1, and the CPU time
+/// What imagery takes, as it is by default and as JPEG: bytes a texel and PSNR beside GDAL's JPEG COG, raw
+/// texels and BC1, and the CPU time
 /// that bench/imagery.py took. The picture's pixels must be the texels of the layer's finest level.
 ///
-/// usage: measure_imagery RESULT.json {NAME DATASET PICTURE COG CPU-SECONDS COG-CPU-SECONDS
-/// RESAMPLED-CPU-SECONDS}...
+/// usage: measure_imagery RESULT.json {NAME DATASET JPEG-DATASET PICTURE COG CPU-SECONDS JPEG-CPU-SECONDS
+/// COG-CPU-SECONDS RESAMPLED-CPU-SECONDS}...
 
 namespace terrane {
 namespace {
@@ -82,22 +83,26 @@ double twoDigits(double value) {
 }
 
 Status run(const std::vector<std::string>& arguments) {
-  if (arguments.size() < 8 || arguments.size() % 7 != 1)
+  if (arguments.size() < 10 || arguments.size() % 9 != 1)
     return makeError(
-        "usage: measure_imagery RESULT.json [NAME DATASET PICTURE COG CPU COG-CPU RESAMPLED-CPU]...");
+        "usage: measure_imagery RESULT.json [NAME DATASET JPEG-DATASET PICTURE COG CPU JPEG-CPU COG-CPU "
+        "RESAMPLED-CPU]...");
   BenchResult result;
   result.bench = "imagery";
   double ours = 0.0, cogs = 0.0;
-  for (size_t i = 1; i < arguments.size(); i += 7) {
+  for (size_t i = 1; i < arguments.size(); i += 9) {
     const std::string& name = arguments[i];
     TERRANE_ASSIGN(const Dataset dataset, Dataset::open(arguments[i + 1]));
-    TERRANE_ASSIGN(const Pixels source, readPicture(arguments[i + 2]));
-    TERRANE_ASSIGN(const Pixels cog, readPicture(arguments[i + 3]));
+    TERRANE_ASSIGN(const Dataset asJpeg, Dataset::open(arguments[i + 2]));
+    TERRANE_ASSIGN(const Pixels source, readPicture(arguments[i + 3]));
+    TERRANE_ASSIGN(const Pixels cog, readPicture(arguments[i + 4]));
     TERRANE_ASSIGN(const Pixels layer, readLayer(dataset, source.width, source.height));
+    TERRANE_ASSIGN(const Pixels jpegLayer, readLayer(asJpeg, source.width, source.height));
     const double texels = static_cast<double>(source.width) * source.height;
-    const double cpu = std::stod(arguments[i + 4]);
-    const double cogCpu = std::stod(arguments[i + 5]);
-    const double resampled = std::stod(arguments[i + 6]);
+    const double cpu = std::stod(arguments[i + 5]);
+    const double jpegCpu = std::stod(arguments[i + 6]);
+    const double cogCpu = std::stod(arguments[i + 7]);
+    const double resampled = std::stod(arguments[i + 8]);
     ours += cpu;
     cogs += cogCpu;
     const auto add = [&](const char* what, double bytes, double quality, double seconds) {
@@ -113,8 +118,10 @@ Status run(const std::vector<std::string>& arguments) {
     };
     add("terrane", static_cast<double>(dataset.manifest().archives.at(1).bytes),
         psnr(source.rgba, layer.rgba), cpu);
+    add("terrane, JPEG", static_cast<double>(asJpeg.manifest().archives.at(1).bytes),
+        psnr(source.rgba, jpegLayer.rgba), jpegCpu);
     add("terrane, half a pixel off", 0.0, 0.0, resampled);
-    add("GDAL COG, JPEG", sizeOf(arguments[i + 3]), psnr(source.rgba, cog.rgba), cogCpu);
+    add("GDAL COG, JPEG", sizeOf(arguments[i + 4]), psnr(source.rgba, cog.rgba), cogCpu);
     add("raw", 3.0 * kPyramid * texels, 99.0, 0.0);
     add("BC1", 0.5 * kPyramid * texels,
         psnr(source.rgba, throughBc1(source.rgba, source.width, source.height)), 0.0);

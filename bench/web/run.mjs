@@ -15,7 +15,7 @@ import zlib from "node:zlib";
 import { chromium } from "playwright-core";
 
 const TYPES = { ".html": "text/html", ".js": "text/javascript", ".json": "application/json", ".css": "text/css",
-  ".wasm": "application/wasm", ".jpg": "image/jpeg", ".png": "image/png", ".terrain": "application/vnd.quantized-mesh" };
+  ".wasm": "application/wasm", ".webp": "image/webp", ".png": "image/png", ".terrain": "application/vnd.quantized-mesh" };
 const FLAGS = ["--no-sandbox", "--no-first-run", "--disable-quic", "--disable-background-networking", "--disable-component-update",
   "--disable-sync", "--disable-dev-shm-usage", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"];
 const PATIENCE_SECONDS = 120;

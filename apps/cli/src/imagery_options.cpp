@@ -71,6 +71,14 @@ Status forLayers(ImageryOptions& options, const std::vector<std::string>& values
   return {};
 }
 
+ImageryFormat formatOf(const ImageryArguments& arguments) {
+  return arguments.format == "jpeg" ? ImageryFormat::Jpeg : ImageryFormat::Webp;
+}
+
+int qualityOf(const ImageryArguments& arguments) {
+  return arguments.quality.value_or(defaultImageryQuality(formatOf(arguments)));
+}
+
 }  // namespace
 
 void addImageryOptions(CLI::App& command, ImageryArguments& arguments) {
@@ -92,18 +100,23 @@ void addImageryOptions(CLI::App& command, ImageryArguments& arguments) {
       "The value that stands for no picture (default: what the files say)");
   add("--imagery-crs", arguments.crs, "CRS of pictures without one or with a wrong one");
   add("--imagery-attribution", arguments.attribution, "Whose pictures they are");
-  command.add_option("--imagery-format", arguments.format, "jpeg (progressive) or webp (smaller, slower)")
+  command
+      .add_option("--imagery-format", arguments.format,
+                  "webp, or jpeg (progressive: larger, quicker to make)")
       ->capture_default_str()
       ->check(CLI::IsMember({"jpeg", "webp"}));
-  command.add_option("--imagery-quality", arguments.quality, "of the encoder")
-      ->capture_default_str()
+  command
+      .add_option(
+          "--imagery-quality", arguments.quality,
+          fmt::format("of the encoder (default: webp {}, jpeg {})",
+                      defaultImageryQuality(ImageryFormat::Webp), defaultImageryQuality(ImageryFormat::Jpeg)))
       ->check(CLI::Range(1, 100));
 }
 
 Result<ImageryOptions> parseImagery(const ImageryArguments& arguments) {
   ImageryOptions options;
-  options.format = arguments.format == "webp" ? ImageryFormat::Webp : ImageryFormat::Jpeg;
-  options.quality = arguments.quality;
+  options.format = formatOf(arguments);
+  options.quality = qualityOf(arguments);
   for (const std::string& text : arguments.imagery) {
     const Named named = splitName(text);
     if (!named.name.empty() || options.layers.empty()) {
@@ -170,7 +183,7 @@ std::string describeImagery(const ImageryArguments& arguments) {
   const auto add = [&](const char* option, const std::vector<std::string>& values) {
     for (const std::string& value : values) out += fmt::format(" {} '{}'", option, value);
   };
-  out = fmt::format("--imagery-format {} --imagery-quality {}", arguments.format, arguments.quality);
+  out = fmt::format("--imagery-format {} --imagery-quality {}", arguments.format, qualityOf(arguments));
   add("--bands", arguments.bands);
   add("--stretch", arguments.stretch);
   add("--imagery-nodata", arguments.noData);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,8 @@ namespace terrane::cli {
 struct ImageryArguments {
   std::vector<std::string> imagery;  ///< [NAME=]FILE...: a name begins a layer, what follows belongs to it
   std::vector<std::string> bands, stretch, noData, crs, attribution;  ///< [NAME=]VALUE
-  std::string format = "jpeg";
-  int quality = 80;
+  std::string format = "webp";
+  std::optional<int> quality;  ///< nothing: the format's default
 };
 
 /// Adds --imagery and what belongs to it.

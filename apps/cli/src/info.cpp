@@ -183,9 +183,10 @@ void print(const Manifest& m, const Facts& facts) {
          fmt::format("{}: a texel every {:.4g} m, {} tiles on levels 0 to {}, bands {}", layer.name,
                      texelMeters(m, layer), formatCount(static_cast<int64_t>(layer.tileCount)),
                      layer.finestLevel, layer.bands));
-    line("", fmt::format("{}, {}, {} at quality {}", layer.archive,
-                         formatBytes(archiveOf(m, layer.archive).bytes),
-                         layer.format == ImageryFormat::Webp ? "WebP" : "progressive JPEG", layer.quality));
+    line("", fmt::format(
+                 "{}, {}, {} at quality {}", layer.archive, formatBytes(archiveOf(m, layer.archive).bytes),
+                 layer.format == ImageryFormat::Webp ? "WebP (root: progressive JPEG)" : "progressive JPEG",
+                 layer.quality));
     for (const auto& [low, high] : layer.stretch)
       line("", fmt::format("stretched from {:.6g} to {:.6g}", low, high));
     line("", layer.attribution);

@@ -3,7 +3,7 @@ import * as Cesium from "/cesium/index.js";
 
 const rectangle = Cesium.Rectangle.fromDegrees(...new URL(location.href).searchParams.get("bounds").split(",").map(Number));
 const terrainProvider = await Cesium.CesiumTerrainProvider.fromUrl("/terrain");
-const imagery = new Cesium.UrlTemplateImageryProvider({ url: "/imagery/{z}/{x}/{y}.jpg", maximumLevel: 13, rectangle });
+const imagery = new Cesium.UrlTemplateImageryProvider({ url: "/imagery/{z}/{x}/{y}.webp", maximumLevel: 13, rectangle });
 const clock = new Cesium.Clock({ currentTime: Cesium.JulianDate.fromIso8601("2026-06-21T10:00:00Z"), shouldAnimate: false });
 // Its defaults, but for the stars. The picture is drawn when the flight says so.
 const widget = new Cesium.CesiumWidget("view", { terrainProvider, baseLayer: new Cesium.ImageryLayer(imagery), clock, skyBox: false,

@@ -175,20 +175,21 @@ Result<ImageryLayerRecord> buildImageryLayer(const ImageryPlan& plan, const Plan
       tile = halveImagery(four);
       return {};
     };
-    auto made =
-        jobs.run<Made>(fmt::format("imagery-{} {}", name, l), static_cast<int64_t>(level.tiles.size()),
-                       &progress, [&](int worker, int64_t i) -> Result<Made> {
-                         ImageryTile& tile = tiles[static_cast<size_t>(worker)];
-                         TERRANE_TRY(makeTile(worker, level.tiles[static_cast<size_t>(i)], tile));
-                         if (coverOf(tile) == ImageryCover::None) return Made{};
-                         if (l > 0)
-                           TERRANE_TRY(level.texels->writeValues(static_cast<uint64_t>(i),
-                                                                 std::span<const uint8_t>(tile.rgba)));
-                         const std::vector<uint8_t> payload = encodeImagery(tile, plan.format, plan.quality);
-                         TERRANE_TRY(level.payloads->writeValues(static_cast<uint64_t>(i),
-                                                                 std::span<const uint8_t>(payload)));
-                         return Made{static_cast<uint32_t>(payload.size())};
-                       });
+    auto made = jobs.run<Made>(
+        fmt::format("imagery-{} {}", name, l), static_cast<int64_t>(level.tiles.size()), &progress,
+        [&](int worker, int64_t i) -> Result<Made> {
+          ImageryTile& tile = tiles[static_cast<size_t>(worker)];
+          TERRANE_TRY(makeTile(worker, level.tiles[static_cast<size_t>(i)], tile));
+          if (coverOf(tile) == ImageryCover::None) return Made{};
+          if (l > 0)
+            TERRANE_TRY(
+                level.texels->writeValues(static_cast<uint64_t>(i), std::span<const uint8_t>(tile.rgba)));
+          const std::vector<uint8_t> payload = l > 0 ? encodeImagery(tile, plan.format, plan.quality)
+                                                     : encodeImageryRoot(tile, plan.format, plan.quality);
+          TERRANE_TRY(
+              level.payloads->writeValues(static_cast<uint64_t>(i), std::span<const uint8_t>(payload)));
+          return Made{static_cast<uint32_t>(payload.size())};
+        });
     if (!made.ok()) return made.error();
     level.made = std::move(made).value();
     if (below == nullptr) samplers.clear();
@@ -256,7 +257,7 @@ std::string describeImageryPlan(const ImageryPlan& plan) {
   std::string text;
   for (const PlannedLayer& layer : plan.layers) {
     const ImageryLayerRecord& record = layer.record;
-    text += fmt::format("imagery {} payload 1 format {} quality {} level {} tiles {} attribution {}\n",
+    text += fmt::format("imagery {} payload 2 format {} quality {} level {} tiles {} attribution {}\n",
                         record.name, static_cast<int>(plan.format), plan.quality, record.finestLevel,
                         layer.finestTiles.size(), record.attribution);
     for (const auto& [low, high] : record.stretch)

@@ -17,8 +17,8 @@ struct PlannedLayer {
 
 struct ImageryPlan {
   ImageryFrame frame;
-  ImageryFormat format = ImageryFormat::Jpeg;
-  int quality = 80;
+  ImageryFormat format = kDefaultImageryFormat;
+  int quality = defaultImageryQuality(kDefaultImageryFormat);
   std::vector<PlannedLayer> layers;
 };
 

@@ -321,6 +321,24 @@ TEST_F(ImageryBuild, WhatCannotBeTakenIsSaid) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "made.terrane/imagery-x.pmtiles"));
 }
 
+/// A beginning of the root is a picture, so it is JPEG; all other tiles have the layer's format.
+TEST_F(ImageryBuild, TilesAreWebpAndTheRootIsJpeg) {
+  MadePicture picture;
+  picture.valueAt = quarters;
+  writePicture(folder_ / "a.tif", picture);
+  ASSERT_TRUE(build({layer({"a.tif"})}).ok());
+  EXPECT_EQ(dataset_->manifest().imagery[0].format, ImageryFormat::Webp);
+  const auto ids = dataset_->imageryTiles(0);
+  ASSERT_GT(ids.size(), 1U);
+  for (const TileId id : ids) {
+    const auto bytes = dataset_->readImagery(0, id);
+    ASSERT_TRUE(bytes.ok() && bytes->has_value());
+    const auto layout = imageryLayout(**bytes);
+    ASSERT_TRUE(layout.ok());
+    EXPECT_EQ(layout->format, id.level == 0 ? ImageryFormat::Jpeg : ImageryFormat::Webp) << toString(id);
+  }
+}
+
 TEST_F(ImageryBuild, VerifySeesTilesThatDoNotDecode) {
   MadePicture picture;
   picture.valueAt = quarters;

@@ -129,6 +129,33 @@ TEST(ImageryPrefix, AnyLengthFromTheFirstScanOnGivesAPicture) {
   }
 }
 
+TEST(ImageryPrefix, ARootIsAPictureFromItsFirstScanOnWhateverTheFormat) {
+  const ImageryTile tile = randomImage(6, true);
+  for (const ImageryFormat format : {ImageryFormat::Jpeg, ImageryFormat::Webp}) {
+    for (const int quality : {1, defaultImageryQuality(format), 100}) {
+      auto root = encodeImageryRoot(tile, format, quality);
+      ASSERT_TRUE(decodeImagery(root).ok());
+      const auto layout = imageryLayout(root);
+      ASSERT_TRUE(layout.ok());
+      ASSERT_EQ(layout->format, ImageryFormat::Jpeg);
+      root.resize(layout->scanEnds.front());
+      EXPECT_TRUE(decodeImageryPrefix(root).ok());
+    }
+  }
+  // Both formats' defaults give the same root.
+  EXPECT_EQ(encodeImageryRoot(tile, ImageryFormat::Jpeg, defaultImageryQuality(ImageryFormat::Jpeg)),
+            encodeImageryRoot(tile, ImageryFormat::Webp, defaultImageryQuality(ImageryFormat::Webp)));
+}
+
+TEST(ImageryPrefix, WebpIsAPictureOnlyWhole) {
+  const auto payload = encodeImagery(randomImage(7, true), ImageryFormat::Webp, 40);
+  EXPECT_EQ(decodeImageryPrefix(payload)->rgba, decodeImagery(payload)->rgba);
+  for (size_t length = 0; length < payload.size(); length += 7) {
+    const std::vector<uint8_t> cut(payload.begin(), payload.begin() + static_cast<ptrdiff_t>(length));
+    ASSERT_FALSE(decodeImageryPrefix(cut).ok()) << length;
+  }
+}
+
 TEST(Imagery, CoverIsTold) {
   ImageryTile tile;
   EXPECT_EQ(coverOf(tile), ImageryCover::None);

@@ -150,6 +150,26 @@ TEST(DecodeOrders, BeginningsTravel) {
   expectToTravel(beginning);
 }
 
+TEST(DecodeOrders, WebpTravelsWholeCutAndDamaged) {
+  ImageryTile picture;
+  for (size_t i = 0; i < picture.rgba.size(); ++i)
+    picture.rgba[i] = static_cast<uint8_t>(i % 4 == 3 ? 255 : i / 700 + i % 4 * 20);
+  const std::vector<uint8_t> webp = encodeImagery(picture, ImageryFormat::Webp, 75);
+  const DecodePicture whole{shared(webp), false};
+  ASSERT_TRUE(whole.run().ok());
+  expectToTravel(whole);
+  std::vector<uint8_t> cut = webp, damaged = webp;
+  cut.resize(webp.size() / 2);
+  damaged[webp.size() / 2] ^= 1;
+  for (const bool isBeginning : {false, true}) {
+    for (const auto& bytes : {cut, damaged}) {
+      const DecodePicture broken{shared(bytes), isBeginning};
+      ASSERT_FALSE(broken.run().ok());
+      expectToTravel(broken);
+    }
+  }
+}
+
 /// No order's number stands for two.
 TEST(DecodeOrders, KindsAreOfOneTypeEach) {
   EXPECT_NE(DecodeElevation::kKind, SketchElevation::kKind);

@@ -31,9 +31,9 @@ struct ImageryLayerOptions {
 };
 
 struct ImageryOptions {
-  std::vector<ImageryLayerOptions> layers;  ///< bottom to top
-  ImageryFormat format = ImageryFormat::Jpeg;
-  int quality = 80;
+  std::vector<ImageryLayerOptions> layers;       ///< bottom to top
+  ImageryFormat format = kDefaultImageryFormat;  ///< of all tiles but the root, which is JPEG
+  int quality = defaultImageryQuality(kDefaultImageryFormat);
 };
 
 /// Opened, checked and placed pictures; what build needs, and no more.

@@ -16,6 +16,13 @@ inline constexpr int kImageryTexels = kImageryTileSide * kImageryTileSide;
 /// How the image in a payload is coded. The values are those in the payload.
 enum class ImageryFormat : uint8_t { Jpeg = 1, Webp = 2 };
 
+/// What a layer is coded with where nobody says otherwise.
+inline constexpr ImageryFormat kDefaultImageryFormat = ImageryFormat::Webp;
+/// The quality that a format is made with where nobody says otherwise: both look alike, WebP no worse.
+constexpr int defaultImageryQuality(ImageryFormat format) {
+  return format == ImageryFormat::Webp ? 75 : 80;
+}
+
 /// The texels of one tile: red, green, blue (sRGB, not multiplied by alpha) and alpha, row by row from the
 /// north-west. What has alpha 0 has colours that are of no meaning.
 struct ImageryTile {
@@ -33,6 +40,10 @@ void fillTransparent(ImageryTile& tile);
 /// A tile as bytes. `quality` is 1 to 100. JPEG is progressive, and its alpha goes beside it without loss;
 /// the same tile gives the same bytes.
 std::vector<uint8_t> encodeImagery(const ImageryTile& tile, ImageryFormat format, int quality);
+
+/// The root of a layer of that format and quality as bytes: always JPEG, since a beginning of it is a picture
+/// (decodeImageryPrefix), of a quality that looks as the layer's.
+std::vector<uint8_t> encodeImageryRoot(const ImageryTile& tile, ImageryFormat format, int quality);
 
 /// Bytes as a tile. Anything but a whole, sound payload is an error that says what is wrong.
 Result<ImageryTile> decodeImagery(std::span<const uint8_t> payload);

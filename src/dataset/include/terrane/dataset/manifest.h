@@ -36,10 +36,10 @@ struct ArchiveRecord {
 
 /// One layer of pictures over the ground.
 struct ImageryLayerRecord {
-  std::string name;     ///< letters, digits, '-' and '_', at most 64
-  std::string archive;  ///< imageryArchiveName(name)
-  ImageryFormat format = ImageryFormat::Jpeg;
-  int quality = 80;     ///< 1 to 100, the encoder's
+  std::string name;                              ///< letters, digits, '-' and '_', at most 64
+  std::string archive;                           ///< imageryArchiveName(name)
+  ImageryFormat format = kDefaultImageryFormat;  ///< for people: each tile says its own, and the root is JPEG
+  int quality = defaultImageryQuality(kDefaultImageryFormat);  ///< 1 to 100, the encoder's
   int finestLevel = 0;  ///< of the same quadtree as elevation; may be deeper
   uint64_t tileCount = 0;
   std::array<double, 4> bounds{};  ///< west, south, east, north: what is covered, CRS units
