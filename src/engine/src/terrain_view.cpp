@@ -44,8 +44,8 @@ bool isSame(const Camera& a, const Camera& b) {
 }
 bool isSame(const PatchSelection& a, const PatchSelection& b) {
   return a.surface == b.surface && a.grid.k == b.grid.k && a.tolerancePixels == b.tolerancePixels &&
-         a.texelPixels == b.texelPixels && a.cull == b.cull && a.morph == b.morph && a.metric == b.metric &&
-         a.exaggeration == b.exaggeration && a.nearMeters == b.nearMeters &&
+         a.texelPixels == b.texelPixels && a.cull == b.cull && a.hide == b.hide && a.morph == b.morph &&
+         a.metric == b.metric && a.exaggeration == b.exaggeration && a.nearMeters == b.nearMeters &&
          a.levelsBelowData == b.levelsBelowData;
 }
 
@@ -283,9 +283,10 @@ class TerrainView::State {
     }
   }
 
-  void prefetchFor(const Camera& camera, const PatchSelection& selection, double chance,
+  void prefetchFor(const Camera& camera, PatchSelection selection, double chance,
                    std::vector<StreamWish>& out) {
     const Manifest& manifest = stream_.manifest();
+    selection.hide = false;
     for (const TileWish& wish :
          selectPatches(selection, manifest.frame, manifest.scale, camera, *tiles_).wishes)
       out.push_back(wishFor(wish, selection.tolerancePixels, chance));

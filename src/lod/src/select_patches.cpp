@@ -109,7 +109,8 @@ class Selector {
     }
     cut_.wishes = wishes_.sorted(pictureDiagonal_);
     cut_.ramping = ramps_.finish();
-    if (isMeshes_ && selection_.cull) leaveOutHidden(cut_, selection_, camera_, cellMeters_, tiles_);
+    if (isMeshes_ && selection_.cull && selection_.hide)
+      leaveOutHidden(cut_, selection_, camera_, cellMeters_, tiles_);
     return std::move(cut_);
   }
 

@@ -91,7 +91,7 @@ class TileShelf {
   std::unordered_map<TileKey, ShelfEntry, TileKeyHash> entries_;
   std::unordered_set<TileId, TileIdHash> held_;
   uint64_t nextSweep_ = 0;  ///< the turn in which entries without anything go
-  double clock_ = 0.0;  ///< priority of the last payload that was forgotten
+  double clock_ = 0.0;      ///< priority of the last payload that was forgotten
   uint64_t compressedBytes_ = 0;
   uint64_t decodedBytes_ = 0;
   uint64_t decodedTiles_ = 0;

@@ -35,6 +35,7 @@ struct PatchSelection {
   double tolerancePixels = 1.0;  ///< tau, > 0
   double texelPixels = 1.0;      ///< size of a texel of lighting on screen that is aimed at, > 0
   bool cull = true;              ///< leave out what is outside the frustum
+  bool hide = true;              ///< with `cull`, leave out meshes that nearer ground hides
   bool morph = true;             ///< let patches glide into being; only for SplitMetric::Full
   SplitMetric metric = SplitMetric::Full;
   double exaggeration = 1.0;  ///< of heights, > 0
