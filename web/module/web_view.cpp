@@ -52,6 +52,8 @@ constexpr std::array<std::pair<std::string_view, SurfaceKind>, 2> kSurfaces = {
 
 WebView::WebView(const std::string& url, const WebLimits& limits) {
   ViewOptions options;
+  // The page's only thread is dearer than the triangles that a horizon saves (decision 87).
+  options.selection.hide = false;
   options.stream.compressedBytes = bytesOf(limits.compressed);
   options.stream.decodedBytes = bytesOf(limits.decoded);
   options.stream.pictureBytes = bytesOf(limits.pictures);
