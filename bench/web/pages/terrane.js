@@ -1,5 +1,5 @@
 // The flight's page of ours.
-import { askEarly, startWorkers } from "./early.js";
+import { EarlyWorkers, askEarly } from "./early.js";
 import makeTerrane from "./terrane.mjs";
 
 const wanted = new URL(location.href).searchParams;
@@ -7,9 +7,10 @@ const canvas = document.getElementById("view");
 // As the package makes it on a desktop (web/package/src/device.ts).
 const dataset = new URL(wanted.get("dataset"), location.href).href;
 const workerCount = Math.max(1, Math.min(4, navigator.hardwareConcurrency - 1));
+const workers = new EarlyWorkers(workerCount, () => new Worker(new URL("./worker.js", import.meta.url), { type: "module" }));
 const terrane = await makeTerrane({
   early: askEarly(dataset),
-  makeWorker: startWorkers(workerCount, () => new Worker(new URL("./worker.js", import.meta.url), { type: "module" })),
+  makeWorker: () => workers.take(),
   workerCount,
 });
 const view = new terrane.View(dataset, { compressedMegabytes: 64, decodedMegabytes: 192, pictureMegabytes: 48,

@@ -79,6 +79,7 @@ class TerrainView::State {
     renderer_ = renderer;
     tiles_.reset();
     imagery_.reset();
+    heldChanges_ = 0;
     cut_ = Cut();
     history_ = MorphHistory();
     lastChosenSeconds_.reset();

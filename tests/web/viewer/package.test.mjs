@@ -65,6 +65,16 @@ test("the packed package draws in a page of another origin, decoding in workers"
   assert.equal(page.asked.filter((path) => path.endsWith("/manifest.json")).length, 1);
   assert.ok(manifest < page.asked.findIndex((path) => path.endsWith("/elevation.pmtiles")));
   assert.ok(page.workers().length > 0, "no worker");
+  // One that is given back before its engine has come leaves no worker behind.
+  const before = page.workers().length;
+  await page.evaluate(async () => {
+    const { createViewer } = await import("/package/dist/index.js");
+    const viewer = createViewer(document.createElement("canvas"), { dataset: new URL(location.href).searchParams.get("dataset") });
+    viewer.dispose();
+    await viewer.ready.catch(() => {});
+  });
+  for (let looks = 0; page.workers().length > before && looks < 200; ++looks) await new Promise((resolve) => setTimeout(resolve, 50));
+  assert.equal(page.workers().length, before);
   assert.deepEqual(page.errors, []);
   await page.evaluate(() => window.terraneViewer.dispose());
   await page.context().close();

@@ -19,22 +19,31 @@ export function askEarly(dataset: string): Map<string, Promise<EarlyAnswer | nul
   return new Map([[url, answer.catch(() => null)]]);
 }
 
-/** Starts workers, whose scripts come beside the engine's own, and returns what hands them out. One that failed by then is made
- * again, for the engine to see why. */
-export function startWorkers(count: number, make: () => Worker): () => Worker {
-  const started: Worker[] = [];
-  const failed = new Set<Worker>();
-  try {
-    while (started.length < count) {
-      const worker = make();
-      worker.addEventListener("error", () => failed.add(worker), { once: true });
-      started.push(worker);
+/** Workers whose scripts come beside the engine's own. */
+export class EarlyWorkers {
+  private readonly started: Worker[] = [];
+  private readonly failed = new Set<Worker>();
+
+  constructor(count: number, private readonly make: () => Worker) {
+    try {
+      while (this.started.length < count) {
+        const worker = make();
+        worker.addEventListener("error", () => this.failed.add(worker), { once: true });
+        this.started.push(worker);
+      }
+    } catch {
+      // A page's rules may forbid them: the engine will be told so.
     }
-  } catch {
-    // A page's rules may forbid them: the engine will be told so.
   }
-  return () => {
-    const worker = started.shift();
-    return worker === undefined || failed.has(worker) ? make() : worker;
-  };
+
+  /** Hands one out. One that failed by then is made again, for the engine to see why. */
+  take(): Worker {
+    const worker = this.started.shift();
+    return worker === undefined || this.failed.has(worker) ? this.make() : worker;
+  }
+
+  /** Ends those that nobody took. */
+  end(): void {
+    for (const worker of this.started.splice(0)) worker.terminate();
+  }
 }

@@ -7,7 +7,7 @@ import { FlyControls } from "./controls/fly.js";
 import type { CameraHost, Controls } from "./controls/host.js";
 import { MapControls } from "./controls/map.js";
 import { type DeviceDefaults, defaultsFor, detectProfile, isSoftwareRenderer } from "./device.js";
-import { askEarly, startWorkers } from "./early.js";
+import { EarlyWorkers, askEarly } from "./early.js";
 import type { Engine, EngineReport, EngineView } from "./engine.js";
 import { Events } from "./events.js";
 import { FlightRecorder } from "./flight_recorder.js";
@@ -112,25 +112,27 @@ class TerraneViewer implements Viewer {
       this.fail("no-webgl2", "This browser has no WebGL2. Update it, or use a current Firefox, Chrome, Edge or Safari.");
       return;
     }
+    const { assets } = this.options;
+    const base = assets === undefined ? null : new URL(assets.endsWith("/") ? assets : assets + "/", location.href);
+    const workerCount = this.options.workers ?? this.device.workers;
+    const workers = new EarlyWorkers(workerCount, () =>
+      base
+        ? new Worker(new URL("worker.js", base), { type: "module" })
+        : new Worker(new URL("./worker.js", import.meta.url), { type: "module" }),
+    );
     try {
-      const { assets } = this.options;
-      const base = assets === undefined ? null : new URL(assets.endsWith("/") ? assets : assets + "/", location.href);
-      const workerCount = this.options.workers ?? this.device.workers;
       this.engine = await makeEngine({
         ...(base ? { locateFile: (name: string) => new URL(name, base).href } : {}),
-        makeWorker: startWorkers(workerCount, () =>
-          base
-            ? new Worker(new URL("worker.js", base), { type: "module" })
-            : new Worker(new URL("./worker.js", import.meta.url), { type: "module" }),
-        ),
+        makeWorker: () => workers.take(),
         workerCount,
         early: askEarly(this.url),
       });
     } catch (error) {
+      workers.end();
       this.fail("engine", `The engine did not load: ${error instanceof Error ? error.message : String(error)}`);
       return;
     }
-    if (this.isDisposed) return;
+    if (this.isDisposed) return workers.end();
     this.tellLoading({ phase: "dataset" });
     const native = new this.engine.View(this.url, this.device.limits);
     // Making a context keeps this thread busy for a while. What follows the manifest, if that is here, can come in the meantime.
