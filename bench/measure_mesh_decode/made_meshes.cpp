@@ -30,7 +30,7 @@ Result<MadeMeshes> makeMeshes(const std::string& directory, int64_t mostTriangle
   TERRANE_ASSIGN(const AllTiles tiles, AllTiles::load(dataset));
   MadeMeshes out;
   out.manifest = dataset.manifest();
-  const MeshScale meshScale = MeshScale::of(out.manifest.frame);
+  const MeshScale meshScale = MeshScale::of(out.manifest.frame, out.manifest.scale);
   std::vector<TileId> ids = dataset.elevationTiles();
   std::sort(ids.begin(), ids.end(), comesBefore);
 

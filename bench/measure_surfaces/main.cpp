@@ -66,7 +66,8 @@ Status measureStream(const Terrain& terrain, const FittedFlight& flight, Surface
   options.durationSeconds = kSeconds;
   options.draw = false;
   options.view.selection = selectionOf(surface);
-  UsedTiles used(MeshScale::of(terrain.dataset().manifest().frame));
+  const Manifest& manifest = terrain.dataset().manifest();
+  UsedTiles used(MeshScale::of(manifest.frame, manifest.scale));
   double tilesDrawn = 0.0;
   options.afterFrame = [&](const TerrainView& view) {
     used.add(view.cut());

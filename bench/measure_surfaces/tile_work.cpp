@@ -43,7 +43,7 @@ void UsedTiles::addMeshes(TileId id, int level) {
 
 Result<TileWork> doTileWork(const Dataset& dataset, const UsedTiles& used) {
   const Manifest& manifest = dataset.manifest();
-  const MeshScale meshScale = MeshScale::of(manifest.frame);
+  const MeshScale meshScale = MeshScale::of(manifest.frame, manifest.scale);
   std::map<TileId, MadeTile> made;
   TileWork out;
   for (const auto& [id, deepest] : used.deepestMeshLevels()) {

@@ -34,7 +34,7 @@ class OneTile final : public ResidentTiles {
     tile_.nodes.error.assign(static_cast<size_t>(tileNodeCount(true)), 0);
     const MeshLevel* before = nullptr;
     for (int level = 0; level <= lastLevel; ++level)
-      before = &meshes_.emplace(level, makeMeshLevel({}, tile_, level, before, MeshScale::of(Frame{}), {}))
+      before = &meshes_.emplace(level, makeMeshLevel({}, tile_, level, before, MeshScale::of(Frame{}, {}), {}))
                     .first->second;
   }
 
@@ -137,7 +137,7 @@ TEST(DrawnSurface, IsTheMeshesPiecewiseLinearSurface) {
   tiles.makeMeshes(8);
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  const PatchGrid grid = MeshScale::of(frame).grid;
+  const PatchGrid grid = MeshScale::of(frame, {}).grid;
   for (int level = 0; level <= 8; ++level) {
     const MeshLevel& meshes = *tiles.findMeshes({}, level);
     for (const float morph : {0.0F, 0.3F, 1.0F}) {

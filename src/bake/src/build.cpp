@@ -282,6 +282,8 @@ Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const Imager
   manifest.maxHeight = range.high;
   chooseCodeUnits(range, plan.maxErrorMeters, plan.frame.finestLevel, scale);
   TERRANE_TRY(saturateNodes(pyramid, stores, scale, plan.maxErrorMeters, jobs));
+  scale.roughness =
+      roughnessOf(pyramid, scale, std::max(plan.frame.spacingXMeters(), plan.frame.spacingYMeters()));
 
   // The archive, then the manifest that vouches for it.
   const std::vector<TileId> tiles = storedTiles(pyramid);

@@ -1,7 +1,9 @@
 #include "node_codes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <vector>
 
 #include "node_measure.h"
 #include "terrane/tiling/node_layout.h"
@@ -156,10 +158,26 @@ struct WorkerScratch {
 /// All of a tile's nodes together.
 struct Summary {
   uint8_t error = 0;
-  uint8_t unused = 0;
+  uint8_t typicalError = 0;
   uint16_t low = 65535;
   uint16_t high = 0;
 };
+
+template <class T>
+T medianOf(std::vector<T>& values) {
+  if (values.empty()) return {};
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+uint8_t typicalErrorOf(const TileCodes& codes, bool isRoot) {
+  std::vector<uint8_t> errors;
+  const auto end = static_cast<size_t>(tileNodeCount(isRoot));
+  for (size_t node = end - kQuads; node < end; ++node)
+    if (codes.low[node] <= codes.high[node]) errors.push_back(codes.error[node]);
+  return medianOf(errors);
+}
 
 }  // namespace
 
@@ -277,6 +295,7 @@ Status saturateNodes(Pyramid& pyramid, NodeStores& stores, const ElevationScale&
           }
           TERRANE_TRY(stores.joined.writeValue(static_cast<uint64_t>(tile.block), scratch.codes));
           Summary summary;
+          summary.typicalError = typicalErrorOf(scratch.codes, tile.id.isRoot());
           for (size_t node = 0; node < static_cast<size_t>(tileNodeCount(tile.id.isRoot())); ++node) {
             summary.error = std::max(summary.error, scratch.codes.error[node]);
             summary.low = std::min(summary.low, scratch.codes.low[node]);
@@ -288,9 +307,30 @@ Status saturateNodes(Pyramid& pyramid, NodeStores& stores, const ElevationScale&
     for (size_t i = 0; i < stored.size(); ++i) {
       const Summary& summary = (*joined)[i];
       stored[i]->nodes = {ChildState::Present, summary.error, summary.low, summary.high};
+      stored[i]->typicalError = summary.typicalError;
     }
   }
   return {};
+}
+
+double roughnessOf(const Pyramid& pyramid, const ElevationScale& scale, double finestSpacingMeters) {
+  double sum = 0.0;
+  int levels = 0;
+  for (int level = 0; level < pyramid.finestLevel(); ++level) {
+    std::vector<uint8_t> codes;
+    for (const PyramidTile& tile : pyramid.levels[static_cast<size_t>(level)]) {
+      const bool refines = std::any_of(tile.children.begin(), tile.children.end(), [&](int32_t child) {
+        return child >= 0 &&
+               pyramid.levels[static_cast<size_t>(level) + 1][static_cast<size_t>(child)].stored;
+      });
+      if (tile.stored && refines) codes.push_back(tile.typicalError);
+    }
+    if (codes.empty()) continue;
+    const double spacing = std::ldexp(finestSpacingMeters, pyramid.finestLevel() - level);
+    sum += scale.errorFromCode(medianOf(codes)) / spacing;
+    ++levels;
+  }
+  return levels > 0 ? sum / levels : ElevationScale{}.roughness;
 }
 
 Status takeNodes(Pyramid& pyramid, const NodeStores& stores) {

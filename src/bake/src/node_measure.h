@@ -30,6 +30,11 @@ Result<GroundRange> measureNodes(Pyramid& pyramid, NodeStores& stores, Jobs& job
 Status saturateNodes(Pyramid& pyramid, NodeStores& stores, const ElevationScale& scale, double maxErrorMeters,
                      Jobs& jobs);
 
+/// How rough the ground is (ElevationScale::roughness): over the smallest nodes of the tiles that finer ones
+/// refine, the median of what samples leave, in their spacings; its mean over levels. After saturateNodes();
+/// the usual one where there is but one level. `finestSpacingMeters`: the larger of x and y.
+double roughnessOf(const Pyramid& pyramid, const ElevationScale& scale, double finestSpacingMeters);
+
 /// For checks: what was measured, gathered and coded, into pyramid.nodes.
 Status takeNodes(Pyramid& pyramid, const NodeStores& stores);
 

@@ -28,6 +28,7 @@ struct PyramidTile {
   bool stored = true;       ///< false: it and all below it are what interpolation makes of its parent
   bool measured = false;    ///< its own samples were measured (measureNodes())
   ChildSummary nodes;       ///< all of its nodes' codes together, for its parent
+  uint8_t typicalError = 0;  ///< median code of its smallest nodes, those over ground
 };
 
 /// The error and height range of every node of a level's tiles, in memory: tile i has the nodes from

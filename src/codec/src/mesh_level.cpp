@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "find_relief.h"
+#include "mesh_lattice.h"
 #include "terrane/base/check.h"
 #include "terrane/tiling/node_layout.h"
 
@@ -20,6 +21,10 @@ constexpr int kBlocks = kTileCells / kBlockCells;
 constexpr double kLeastShare = 0.75;
 /// Chords along sides may leave the samples by this share of the next level's bound.
 constexpr double kShareAlongSides = 0.7;
+/// A patch's bound, in spacings, is as many times the ground's roughness, within limits.
+constexpr double kBoundOfRoughness = 5.0;
+constexpr double kLeastBound = 0.5;
+constexpr double kLargestBound = 2.0;
 /// What counts as exact: in spacings of the finest level. Means of floats are not quite on a line.
 constexpr double kExactSpacings = 1.0 / 4096;
 
@@ -44,14 +49,25 @@ Blocks blocksOf(TileId id, const Tile& tile, double bound, double least, const E
   return out;
 }
 
-/// The tolerance at each sample of a row or column of blocks' tolerances; samples on their sides keep to the
-/// narrower one.
-std::array<double, kTileSamples> alongBlocks(const std::array<double, kBlocks>& tolerances) {
+/// The blocks that a row or column of samples lies in: two where it is between them.
+struct BlocksAt {
+  size_t before, after;
+  explicit BlocksAt(int sample)
+      : before(static_cast<size_t>(std::max(sample - 1, 0) / kBlockCells)),
+        after(static_cast<size_t>(std::min(sample / kBlockCells, kBlocks - 1))) {}
+};
+
+/// What blocks say, at each sample of a row; on the sides of blocks the one of them that `choose` takes.
+template <class Choose>
+std::array<double, kTileSamples> alongRow(const std::array<double, kBlocks * kBlocks>& blocks, int y,
+                                          Choose&& choose) {
+  const BlocksAt rows(y);
   std::array<double, kTileSamples> out;
-  for (int i = 0; i < kTileSamples; ++i) {
-    const int after = std::min(i / kBlockCells, kBlocks - 1), before = std::max(i - 1, 0) / kBlockCells;
-    out[static_cast<size_t>(i)] =
-        std::min(tolerances[static_cast<size_t>(before)], tolerances[static_cast<size_t>(after)]);
+  for (int x = 0; x < kTileSamples; ++x) {
+    const BlocksAt columns(x);
+    out[static_cast<size_t>(x)] = choose(
+        choose(blocks[rows.before * kBlocks + columns.before], blocks[rows.before * kBlocks + columns.after]),
+        choose(blocks[rows.after * kBlocks + columns.before], blocks[rows.after * kBlocks + columns.after]));
   }
   return out;
 }
@@ -62,13 +78,8 @@ HeightBand bandOf(const Tile& tile, const Blocks& blocks, bool isFinest) {
   // note: a little less, for what floats round.
   HeightBand out{heights, heights, static_cast<float>(0.999 * least)};
   for (int y = 0; y < kTileSamples; ++y) {
-    const int below = std::min(y / kBlockCells, kBlocks - 1), above = std::max(y - 1, 0) / kBlockCells;
-    std::array<double, kBlocks> narrower;
-    for (int col = 0; col < kBlocks; ++col)
-      narrower[static_cast<size_t>(col)] =
-          std::min(blocks.tolerance[static_cast<size_t>(above * kBlocks + col)],
-                   blocks.tolerance[static_cast<size_t>(below * kBlocks + col)]);
-    const std::array<double, kTileSamples> tolerances = alongBlocks(narrower);
+    const std::array<double, kTileSamples> tolerances =
+        alongRow(blocks.tolerance, y, [](double a, double b) { return std::min(a, b); });
     float* low = out.low.data() + y * kTileSamples;
     float* high = out.high.data() + y * kTileSamples;
     for (size_t x = 0; x < kTileSamples; ++x) {
@@ -93,6 +104,39 @@ double errorWithin(const PatchCorners& corners, const Blocks& blocks) {
       most = std::max(most, blocks.error[at] + blocks.tolerance[at]);
     }
   return most;
+}
+
+/// How far a surface may be off the source at each measured sample; 0 elsewhere.
+std::vector<float> errorsOf(std::span<const float> surface, const Tile& tile, const HeightBand& band,
+                            const Blocks& blocks) {
+  const std::vector<float>& heights = tile.samples.heights;
+  std::vector<float> out(heights.size());
+  for (int y = 0; y < kTileSamples; ++y) {
+    const std::array<double, kTileSamples> own =
+        alongRow(blocks.error, y, [](double a, double b) { return std::max(a, b); });
+    for (int x = 0; x < kTileSamples; ++x) {
+      const auto at = static_cast<size_t>(y * kTileSamples + x);
+      if (!std::isnan(band.low[at]))
+        out[at] = std::abs(surface[at] - heights[at]) + static_cast<float>(own[static_cast<size_t>(x)]);
+    }
+  }
+  return out;
+}
+
+/// The largest of the samples of a patch.
+double mostIn(const PatchCorners& of, std::span<const float> values) {
+  MeshPoint corners[3] = {
+      {of.ends[0][0], of.ends[0][1]}, {of.ends[1][0], of.ends[1][1]}, {of.apex[0], of.apex[1]}};
+  if (doubleArea(corners[0], corners[1], corners[2]) < 0) std::swap(corners[0], corners[1]);
+  const int top = std::min({corners[0].y, corners[1].y, corners[2].y});
+  const int bottom = std::max({corners[0].y, corners[1].y, corners[2].y});
+  float most = 0.0F;
+  for (int y = top; y <= bottom; ++y) {
+    const RowSpan row = rowOf(corners, y);
+    for (int x = row.first; x <= row.last; ++x)
+      most = std::max(most, values[static_cast<size_t>(y * kTileSamples + x)]);
+  }
+  return static_cast<double>(most);
 }
 
 /// Takes in the triangles of a patch that do not come of the chosen vertices.
@@ -122,8 +166,9 @@ std::vector<uint8_t> packed(std::span<const uint8_t> vertices) {
 
 }  // namespace
 
-MeshScale MeshScale::of(const Frame& frame) {
+MeshScale MeshScale::of(const Frame& frame, const ElevationScale& scale) {
   MeshScale out;
+  out.boundSpacings = std::clamp(kBoundOfRoughness * scale.roughness, kLeastBound, kLargestBound);
   out.spacingMeters = std::max(frame.spacingXMeters(), frame.spacingYMeters());
   out.finestLevel = frame.finestLevel;
   return out;
@@ -134,6 +179,18 @@ double MeshScale::boundMeters(int bintreeLevel) const {
   // Of the finest tiles' last own level the spacing is that of the data.
   const int finest = 2 * finestLevel + lastOwnLevel();
   return boundSpacings * spacingMeters * std::exp2(0.5 * (finest - bintreeLevel));
+}
+
+double statedErrorOver(int quadrant, TileId id, const Tile& tile, int level, const MeshScale& meshScale,
+                       const ElevationScale& scale) {
+  constexpr int kHalf = kBlocks / 2;
+  const uint8_t* codes = tile.nodes.error.data() + nodeOffset(kNodeLevels - 1, id.isRoot()) +
+                         (quadrant >> 1) * kHalf * kBlocks + (quadrant & 1) * kHalf;
+  uint8_t most = 0;
+  for (int row = 0; row < kHalf; ++row)
+    most = std::max(most, *std::max_element(codes + row * kBlocks, codes + row * kBlocks + kHalf));
+  const double bound = meshScale.boundMeters(level + 2 * id.level);
+  return std::max(bound, scale.errorFromCode(most) + kLeastShare * bound);
 }
 
 MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel* before,
@@ -167,6 +224,7 @@ MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel*
   out.centerFalls = centerFalls;
   // The vertices' surfaces are the meshes' but for what makePatchMesh() makes otherwise.
   ReliefFinder relief(meshSurface(heights, vertices, level, centerFalls), coarse, level);
+  const std::vector<float> startErrors = errorsOf(coarse, tile, band, blocks);
   const int count = patchCount(level);
   out.patches.reserve(static_cast<size_t>(count));
   for (int i = 0; i < count; ++i) {
@@ -181,7 +239,12 @@ MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel*
     patch.bisectedCount = static_cast<uint32_t>(mesh.bisected);
     patch.firstExtra = static_cast<uint32_t>(out.extras.size());
     patch.extraCount = static_cast<uint32_t>(mesh.extras.size());
-    patch.errorMeters = static_cast<float>(errorWithin(corners, blocks) + mesh.excessMeters);
+    const double within = errorWithin(corners, blocks);
+    patch.errorMeters = static_cast<float>(within + mesh.excessMeters);
+    // The world's first level has none before it: it begins as it is.
+    double start = before != nullptr ? mostIn(corners, startErrors) : within + mesh.excessMeters;
+    if (mesh.bisected < mesh.triangles()) start = std::max(start, within + mesh.startExcessMeters);
+    patch.startErrorMeters = static_cast<float>(start);
     out.patches.push_back(patch);
     out.vertices.insert(out.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
     out.indices.insert(out.indices.end(), mesh.indices.begin(), mesh.indices.end());

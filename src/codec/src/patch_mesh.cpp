@@ -66,7 +66,7 @@ class PatchMesher {
   void run() {
     takeVertices();
     do {
-      out_.excessMeters = 0.0;
+      out_.excessMeters = out_.startExcessMeters = 0.0;
       listVertices();
       listTriangles();
       scratch_.wanted.clear();
@@ -198,9 +198,11 @@ class PatchMesher {
     for (const uint16_t extra : extras) removeVertex(extra);
     for (const MeshTriangle& t : scratch_.loose) {
       add(t);
-      const Excess excess = excessIn(t);
+      const Excess excess = excessIn(t, &PatchVertex::heightMeters);
       if (excess.meters > 0.0 && excess.hasRemedy) scratch_.wanted.push_back(excess.remedy);
       out_.excessMeters = std::max(out_.excessMeters, excess.meters);
+      out_.startExcessMeters =
+          std::max(out_.startExcessMeters, excessIn(t, &PatchVertex::coarseMeters).meters);
     }
     if (scratch_.wanted.empty()) dropExtras();
   }
@@ -248,7 +250,7 @@ class PatchMesher {
     for (size_t i = 0; i < n; ++i) {
       const MeshTriangle ear{polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n]};
       if (!isEar(ear)) continue;
-      const double excess = excessIn(ear).meters;
+      const double excess = excessIn(ear, &PatchVertex::heightMeters).meters;
       if (best < n && excess >= least) continue;
       best = i;
       least = excess;
@@ -288,25 +290,26 @@ class PatchMesher {
     double perRow = 0.0;
     double at(double x, double y) const { return base + perColumn * x + perRow * y; }
   };
-  Plane planeOf(const MeshTriangle& t, const MeshPoint (&corners)[3]) const {
+  using Height = float PatchVertex::*;
+  Plane planeOf(const MeshTriangle& t, const MeshPoint (&corners)[3], Height of) const {
     const auto area = static_cast<double>(doubleArea(corners[0], corners[1], corners[2]));
     Plane out;
     for (int i = 0; i < 3; ++i) {
       const MeshPoint p = corners[(i + 1) % 3], q = corners[(i + 2) % 3];
-      const double height = static_cast<double>(out_.vertices[t[static_cast<size_t>(i)]].heightMeters) / area;
+      const double height = static_cast<double>(out_.vertices[t[static_cast<size_t>(i)]].*of) / area;
       out.perColumn += height * (p.y - q.y);
       out.perRow += height * (q.x - p.x);
     }
-    out.base = static_cast<double>(out_.vertices[t[0]].heightMeters) - out.perColumn * corners[0].x -
+    out.base = static_cast<double>(out_.vertices[t[0]].*of) - out.perColumn * corners[0].x -
                out.perRow * corners[0].y;
     return out;
   }
 
   /// note: these triangles are no halves of coarser ones, so where their sides cross those of the finest
   /// triangles counts as well as the samples in them.
-  Excess excessIn(const MeshTriangle& t) const {
+  Excess excessIn(const MeshTriangle& t, Height of) const {
     const MeshPoint corners[3] = {place(t[0]), place(t[1]), place(t[2])};
-    const Plane plane = planeOf(t, corners);
+    const Plane plane = planeOf(t, corners, of);
     Excess out;
     const int top = std::min({corners[0].y, corners[1].y, corners[2].y});
     const int bottom = std::max({corners[0].y, corners[1].y, corners[2].y});

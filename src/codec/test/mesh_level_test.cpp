@@ -67,6 +67,7 @@ struct OnePatch {
   std::vector<PatchVertex> vertices;
   std::vector<std::array<int, 3>> triangles;
   double errorMeters = 0.0;
+  double startErrorMeters = 0.0;
   Point place(int i) const {
     return {vertices[static_cast<size_t>(i)].x(), vertices[static_cast<size_t>(i)].y()};
   }
@@ -88,6 +89,7 @@ OnePatch patchOf(const MeshedTile& tile, int level, int index) {
     out.triangles.push_back({t[0], t[1], t[2]});
   }
   out.errorMeters = static_cast<double>(patch.errorMeters);
+  out.startErrorMeters = static_cast<double>(patch.startErrorMeters);
   return out;
 }
 
@@ -242,8 +244,11 @@ TEST_P(MeshLevels, KeepToTheirError) {
         for (const auto& t : patch.triangles) {
           const Point a = patch.place(t[0]), b = patch.place(t[1]), c = patch.place(t[2]);
           const auto area = static_cast<double>(doubleArea(a, b, c));
-          const auto height = [&](int i) {
-            return static_cast<double>(patch.vertices[static_cast<size_t>(i)].heightMeters);
+          const auto drawnBy = [&](float PatchVertex::*height, double wa, double wb, double wc) {
+            const auto at = [&](int i) {
+              return static_cast<double>(patch.vertices[static_cast<size_t>(i)].*height);
+            };
+            return (wa * at(t[0]) + wb * at(t[1]) + wc * at(t[2])) / area;
           };
           for (int y = std::min({a[1], b[1], c[1]}); y <= std::max({a[1], b[1], c[1]}); ++y) {
             for (int x = std::min({a[0], b[0], c[0]}); x <= std::max({a[0], b[0], c[0]}); ++x) {
@@ -251,11 +256,11 @@ TEST_P(MeshLevels, KeepToTheirError) {
               const int64_t wa = doubleArea(p, b, c), wb = doubleArea(a, p, c), wc = doubleArea(a, b, p);
               const auto at = static_cast<size_t>(y * kTileSamples + x);
               if (wa < 0 || wb < 0 || wc < 0 || (!measured.empty() && measured[at] == 0)) continue;
-              const double drawn =
-                  (static_cast<double>(wa) * height(t[0]) + static_cast<double>(wb) * height(t[1]) +
-                   static_cast<double>(wc) * height(t[2])) /
-                  area;
-              const double off = std::abs(drawn - static_cast<double>(tile->tile.samples.heights[at]));
+              const auto offBy = [&](float PatchVertex::*height) {
+                return std::abs(drawnBy(height, static_cast<double>(wa), static_cast<double>(wb),
+                                        static_cast<double>(wc)) -
+                                static_cast<double>(tile->tile.samples.heights[at]));
+              };
               // The blocks that the sample and the patch share.
               const int middleX =
                   (patch.corners.ends[0][0] + patch.corners.ends[1][0] + 2 * patch.corners.apex[0]) / 4;
@@ -265,7 +270,10 @@ TEST_P(MeshLevels, KeepToTheirError) {
                         row = std::min((y - (y > middleY ? 1 : 0)) / 16, 15);
               const double block = world.scale().errorFromCode(tile->tile.nodes.error[static_cast<size_t>(
                   nodeIndex(8, col * 16 + 8, row * 16 + 8, tile->id.isRoot()))]);
-              ASSERT_LE(off + block, patch.errorMeters * (1.0 + 1e-5) + 1e-4)
+              ASSERT_LE(offBy(&PatchVertex::heightMeters) + block, patch.errorMeters * (1.0 + 1e-5) + 1e-4)
+                  << "level " << level << ", patch " << index << ", sample " << x << " " << y;
+              ASSERT_LE(offBy(&PatchVertex::coarseMeters) + block,
+                        patch.startErrorMeters * (1.0 + 1e-5) + 1e-4)
                   << "level " << level << ", patch " << index << ", sample " << x << " " << y;
             }
           }
@@ -308,14 +316,16 @@ TEST_P(MeshLevels, KeepToTheirErrorBetweenSamples) {
             // Half of them on a side of the triangle.
             const double a = unit(random), b = i % 2 == 0 ? 0.0 : unit(random) * (1.0 - a);
             const double weights[3] = {a, b, 1.0 - a - b};
-            double x = 0.0, y = 0.0, drawn = 0.0;
+            double x = 0.0, y = 0.0, drawn = 0.0, drawnAtStart = 0.0;
             for (size_t j = 0; j < 3; ++j) {
               const PatchVertex& v = patch.vertices[static_cast<size_t>(t[(j + static_cast<size_t>(i)) % 3])];
               x += weights[j] * v.x();
               y += weights[j] * v.y();
               drawn += weights[j] * static_cast<double>(v.heightMeters);
+              drawnAtStart += weights[j] * static_cast<double>(v.coarseMeters);
             }
-            const double off = std::abs(drawn - finestHeight(tile->tile.samples, measured, x, y));
+            const double finest = finestHeight(tile->tile.samples, measured, x, y);
+            const double off = std::abs(drawn - finest);
             if (std::isnan(off)) continue;
             const int node = nodeIndex(8, std::min(static_cast<int>(x) / 16, 15) * 16 + 8,
                                        std::min(static_cast<int>(y) / 16, 15) * 16 + 8, tile->id.isRoot());
@@ -325,6 +335,9 @@ TEST_P(MeshLevels, KeepToTheirErrorBetweenSamples) {
             const auto isMultiple = [](double at) { return std::abs(std::remainder(at, 16.0)) < 1e-9; };
             const bool isBorder = isMultiple(x) || isMultiple(y);
             ASSERT_LE(off + (isBorder ? 0.0 : block), patch.errorMeters * (1.0 + 1e-5) + 1e-4)
+                << "level " << level << ", patch " << index << ", at " << x << " " << y;
+            ASSERT_LE(std::abs(drawnAtStart - finest) + (isBorder ? 0.0 : block),
+                      patch.startErrorMeters * (1.0 + 1e-5) + 1e-4)
                 << "level " << level << ", patch " << index << ", at " << x << " " << y;
           }
         }

@@ -286,6 +286,7 @@ void readElevation(const MemberReader& members, Manifest& manifest) {
   scale.sampleError = manifest.maxErrorMeters;
   json.readInteger("tileCount", manifest.tileCount, 0, kLargestInteger);
   json.read("coveredCells", manifest.coveredCells, 0.0, 1e18);
+  if (json.has("roughness")) json.read("roughness", scale.roughness, 0.0, 1e9);
 }
 
 }  // namespace
@@ -361,7 +362,8 @@ std::string manifestToJson(const Manifest& manifest) {
           {"maxHeight", manifest.maxHeight},
           {"maxErrorMeters", manifest.maxErrorMeters},
           {"tileCount", manifest.tileCount},
-          {"coveredCells", manifest.coveredCells}}}}},
+          {"coveredCells", manifest.coveredCells},
+          {"roughness", scale.roughness}}}}},
       {"attribution", manifest.attribution},
       {"inputs", inputs},
       {"builtBy", manifest.builtBy},

@@ -17,6 +17,7 @@ inline Manifest exampleManifest() {
   manifest.maxHeight = 4173.0;
   manifest.maxErrorMeters = 0.1155;
   manifest.scale = {0.1, 1.0 / 3.0, 0.0123, 187.0, 3986.0 / 65535.0};
+  manifest.scale.roughness = 0.27;
   manifest.tileCount = 0;
   manifest.coveredCells = 1234567.0;
   manifest.verticalDatum = "EGM96";

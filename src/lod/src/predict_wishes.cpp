@@ -17,9 +17,10 @@ namespace {
 /// A tile that may be wished next, or a wished one that others are looked for below.
 struct Guess {
   TileId tile;
-  double errorPixels = 0.0;  ///< of the patches that wait for it
-  double errorMeters = 0.0;  ///< of patches that read it; infinite where nothing is known
-  double lowMeters = 0.0;    ///< of the ground, exaggerated
+  double errorPixels = 0.0;   ///< of the patches that wait for it
+  double errorMeters = 0.0;   ///< of patches that read it; infinite where nothing is known
+  double statedMeters = 0.0;  ///< by the meshes that wait for it, not exaggerated
+  double lowMeters = 0.0;     ///< of the ground, exaggerated
   double highMeters = 0.0;
   double urgencyPixels = 0.0;  ///< like a wish's error: that, or what large texels are worth
 };
@@ -43,7 +44,7 @@ class Predictor {
         pictureDiagonal_(std::hypot(camera.width, camera.height)),
         cellMeters_(frame.spacingXMeters(), frame.spacingYMeters()),
         metric_(camera, cellMeters_, selection.tolerancePixels, selection.nearMeters),
-        meshScale_(MeshScale::of(frame)) {}
+        meshScale_(MeshScale::of(frame, scale)) {}
 
   std::vector<TileWish> run(std::span<const TileWish> wishes, size_t most) {
     for (const TileWish& wish : wishes) named_.insert(wish.tile);
@@ -92,6 +93,13 @@ class Predictor {
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
       Guess guess = above;
       guess.tile = above.tile.child(quadrant);
+      if (selection_.surface == SurfaceKind::Meshes) {
+        const int last = meshScale_.lastOwnLevel();
+        guess.statedMeters =
+            tile != nullptr
+                ? statedErrorOver(quadrant, above.tile, *tile, last, meshScale_, scale_)
+                : std::max(0.5 * above.statedMeters, meshScale_.boundMeters(last + 2 * above.tile.level));
+      }
       if (tile != nullptr && !setHeights(guess, tile->children[static_cast<size_t>(quadrant)])) continue;
       if (!look(guess) || !isStored_(guess.tile) || !named_.insert(guess.tile).second) continue;
       if (tiles_.find(guess.tile) == nullptr)
@@ -121,13 +129,10 @@ class Predictor {
     guess.errorPixels *= 0.5;
     if (std::isfinite(guess.errorMeters))
       guess.errorPixels = std::min(guess.errorPixels, metric_.errorPixels(prism, guess.errorMeters, depth));
-    if (selection_.surface == SurfaceKind::Meshes) {
-      // Meshes state no smaller error than their level's bound, however smooth the ground.
-      const int above = meshScale_.lastOwnLevel() + 2 * (guess.tile.level - 1);
+    // Meshes state no smaller error than their level's bound, however smooth the ground.
+    if (selection_.surface == SurfaceKind::Meshes)
       guess.errorPixels = std::max(
-          guess.errorPixels,
-          metric_.errorPixels(prism, meshScale_.boundMeters(above) * selection_.exaggeration, depth));
-    }
+          guess.errorPixels, metric_.errorPixels(prism, guess.statedMeters * selection_.exaggeration, depth));
     const double texel = metric_.lengthPixels(
         std::max(cellMeters_.x, cellMeters_.y) * std::ldexp(1.0, frame_.finestLevel - guess.tile.level + 1),
         depth);

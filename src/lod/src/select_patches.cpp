@@ -70,14 +70,14 @@ class Selector {
            const Camera& camera, const ResidentTiles& tiles, MorphHistory* history, double elapsedSeconds)
       : selection_(selection),
         isMeshes_(selection.surface == SurfaceKind::Meshes),
-        grid_(isMeshes_ ? MeshScale::of(frame).grid : selection.grid),
+        grid_(isMeshes_ ? MeshScale::of(frame, scale).grid : selection.grid),
         scale_(scale),
         tiles_(tiles),
         finestLevel_(frame.finestLevel),
         drawnLevel_(finestLevel_ +
                     (selection.metric == SplitMetric::DistanceOnly ? selection.levelsBelowData : 0)),
         lattice_(drawnLevel_),
-        deepest_(isMeshes_ ? MeshScale::of(frame).deepestLevel() : grid_.deepestLevel(drawnLevel_)),
+        deepest_(isMeshes_ ? MeshScale::of(frame, scale).deepestLevel() : grid_.deepestLevel(drawnLevel_)),
         octagons_(lattice_, deepest_),
         cellMeters_(frame.spacingXMeters() / std::ldexp(1.0, drawnLevel_ - finestLevel_),
                     frame.spacingYMeters() / std::ldexp(1.0, drawnLevel_ - finestLevel_)),
@@ -243,6 +243,7 @@ class Selector {
     MorphRamps::Progress ramp;
     double errorMeters = 0.0;  ///< of the diamond before it
     double errorPixels = 0.0;
+    double startMeters = 0.0;  ///< error of the triangles at morph 0, at least the diamond's
   };
 
   /// A diamond's codes, from the tiles of its triangles; on a tile border these are two, and both count.
@@ -368,18 +369,30 @@ class Selector {
 
   /// How far the patches that a diamond's split makes have become themselves, as far as the camera asks for
   /// them. By when a child splits this is 1, whichever of the two it splits for.
-  double morphOf(const Diamond& d, const Judgement& judged, const Children& children) {
+  double morphOf(const Diamond& d, const Judgement& judged, double startMeters, const Children& children) {
     if (!morphs_ || judged.beyondCodes) return 1.0;
     if (judged.byError >= kWidestMorph) return 1.0;
     const double byTexel = morphAt(judged.byTexel, kSaturation);
-    if (judged.byError <= 1.0) return byTexel;
-    return std::max(byTexel, morphAt(judged.byError, errorOverChildren(d, judged.errorMeters, children)));
+    const double start = startMeters > judged.errorMeters ? startMeters / judged.errorMeters : 1.0;
+    if (judged.byError * start <= 1.0) return byTexel;
+    return std::max(byTexel,
+                    morphAt(judged.byError, errorOverChildren(d, judged.errorMeters, children), start));
+  }
+  /// At morph 0 meshes are not quite the level before (MeshLevel::Patch::startErrorMeters).
+  double startMeters(const Judgement& judged, const Children& children) const {
+    double out = judged.errorMeters;
+    if (!isMeshes_) return out;
+    for (const Child& child : children)
+      if (const MeshLevel::Patch* patch = child.ground.mesh.patch)
+        out = std::max(out, static_cast<double>(patch->startErrorMeters) * selection_.exaggeration);
+    return out;
   }
 
   /// 0 where a diamond is `excess` = 1 times too coarse, 1 at `band`, by when its children may be; linear in
-  /// 1 / excess, so that of two errors mixed, e and at most e / band, exactly tau is left all the way.
-  static double morphAt(double excess, double band) {
-    return std::clamp((1.0 - 1.0 / excess) / (1.0 - 1.0 / band), 0.0, 1.0);
+  /// 1 / excess, so that of two errors mixed, e and at most e / band, exactly tau is left all the way. Where
+  /// the first of them is e * `start`, it begins later than at 0.
+  static double morphAt(double excess, double band, double start = 1.0) {
+    return std::clamp((start - 1.0 / excess) / (start - 1.0 / band), 0.0, 1.0);
   }
 
   /// How many times larger a diamond's error is than that of each of its children, but at most kWidestMorph.
@@ -565,7 +578,8 @@ class Selector {
     const Children children = childrenOf(d, pieces);
     if (!maySplit(d, judged, parents, children)) return false;
     Split made;
-    const double wanted = morphOf(d, judged, children);
+    made.startMeters = startMeters(judged, children);
+    const double wanted = morphOf(d, judged, made.startMeters, children);
     made.ramp = ramps_.advance(d, parents, wanted, judged.excess());
     made.morph = static_cast<float>(std::min(wanted, made.ramp.share));
     made.errorMeters = judged.errorMeters;
@@ -619,7 +633,8 @@ class Selector {
   static double mixedError(const Split& parent, double errorMeters) {
     if (parent.errorMeters <= 0.0) return 0.0;
     const auto morph = static_cast<double>(parent.morph);
-    return parent.errorPixels * (1.0 - morph + morph * errorMeters / parent.errorMeters);
+    const double mixed = (1.0 - morph) * parent.startMeters + morph * errorMeters;
+    return parent.errorPixels * mixed / parent.errorMeters;
   }
 
   const PatchSelection& selection_;

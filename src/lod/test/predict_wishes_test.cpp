@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
@@ -128,8 +129,10 @@ TEST(PredictWishes, CoversMostOfWhatIsWishedLater) {
 FakeWorld smoothWorld(int finestLevel) {
   FakeWorld world(finestLevel, 1);
   const auto ground = static_cast<uint16_t>(-world.scale.rangeBase / world.scale.rangeUnit);
-  for (auto& [id, tile] : world.tiles)
+  for (auto& [id, tile] : world.tiles) {
     for (ChildSummary& child : tile.children) child.error = 0, child.low = child.high = ground;
+    tile.nodes.error.assign(tile.nodes.error.size(), 0);
+  }
   return world;
 }
 
@@ -150,7 +153,7 @@ std::set<TileId> guessOverMeshes(const FakeWorld& world, const std::set<TileId>&
 TEST(PredictWishes, KnowsOfMeshesFromTheRootOnWhatTheirBoundsWillAskFor) {
   size_t needed = 0, guessed = 0;
   const FakeWorld world = smoothWorld(4);
-  const MeshScale scale = MeshScale::of(world.frame);
+  const MeshScale scale = MeshScale::of(world.frame, world.scale);
   std::mt19937 random(3);
   for (int view = 0; view < 40; ++view) {
     const Camera camera = randomCamera(random, world);
@@ -204,6 +207,24 @@ TEST(PredictWishes, NamesTheSameTilesOfMeshesWhicheverAreHere) {
     EXPECT_EQ(guessOverMeshes(world, resident, camera, SurfaceKind::Meshes), expected);
   }
   EXPECT_GT(here, 100U);
+}
+
+/// Samples that are too wrong for their meshes to keep to the bound: these say so, before they are made.
+TEST(PredictWishes, KnowsOfMeshesThatWillStateMoreThanTheirBounds) {
+  const FakeWorld smooth = smoothWorld(4);
+  FakeWorld rough = smoothWorld(4);
+  Tile& root = rough.tiles.at(TileId{});
+  root.nodes.error.assign(root.nodes.error.size(), 255);
+  std::mt19937 random(9);
+  size_t more = 0;
+  for (int view = 0; view < 40; ++view) {
+    const Camera camera = randomCamera(random, smooth);
+    const std::set<TileId> few = guessOverMeshes(smooth, {TileId{}}, camera, SurfaceKind::Meshes);
+    const std::set<TileId> many = guessOverMeshes(rough, {TileId{}}, camera, SurfaceKind::Meshes);
+    EXPECT_TRUE(std::includes(many.begin(), many.end(), few.begin(), few.end()));
+    more += many.size() - few.size();
+  }
+  EXPECT_GT(more, 100U);
 }
 
 }  // namespace

@@ -157,7 +157,7 @@ void MeshExpanderTest::expectSameOf(const std::string& raster, unsigned& turn) {
   Manifest manifest;
   const std::map<TileId, Tile> tiles = tilesOf(raster, manifest);
   ASSERT_FALSE(tiles.empty());
-  const MeshScale meshScale = MeshScale::of(manifest.frame);
+  const MeshScale meshScale = MeshScale::of(manifest.frame, manifest.scale);
   std::map<TileId, MeshLevel> lastOwn;
   for (const auto& [id, tile] : tiles) {
     SCOPED_TRACE(toString(id));

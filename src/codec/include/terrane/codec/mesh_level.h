@@ -19,12 +19,13 @@ namespace terrane {
 struct MeshScale {
   /// Which bintree levels a tile serves: those whose patches have as many of its samples along their sides.
   PatchGrid grid{.k = 7};
-  /// The bound of a right-angle patch, in spacings of the samples that it is made of.
+  /// The bound of a right-angle patch, in spacings of the samples that it is made of. The rougher the ground,
+  /// the larger: the samples must leave enough of it to the meshes (decision 89).
   double boundSpacings = 2.0;
   double spacingMeters = 1.0;  ///< of the finest data level, the larger of x and y
   int finestLevel = 0;
 
-  static MeshScale of(const Frame& frame);
+  static MeshScale of(const Frame& frame, const ElevationScale& scale);
   /// Bound of the patches of a bintree level, metres; 0 from deepestLevel() on: all that is known.
   double boundMeters(int bintreeLevel) const;
   /// The deepest bintree level: where the finest tiles' patches have 16 cells along a leg.
@@ -48,6 +49,9 @@ struct MeshLevel {
     uint32_t firstExtra = 0;
     uint32_t extraCount = 0;
     float errorMeters = 0.0F;  ///< bound against the full-resolution source
+    /// The same where its morph begins: of its triangles with their vertices' coarse heights. That is not
+    /// quite the level before where triangles beside sides are cut otherwise.
+    float startErrorMeters = 0.0F;
   };
   int level = 0;
   bool centerFalls = false;    ///< of the tile; see meshSurface()
@@ -64,6 +68,11 @@ struct MeshLevel {
            relief.sizeBytes();
   }
 };
+
+/// The largest error that a tile's meshes of a level state over one of its quadrants: known before they are
+/// made. Some hundred nanoseconds.
+double statedErrorOver(int quadrant, TileId id, const Tile& tile, int level, const MeshScale& meshScale,
+                       const ElevationScale& scale);
 
 /// Makes a mesh level of a tile. `before`: the level before of the same tile or, for a tile's first level,
 /// the last own one of its parent; null for the world's first. A pure function, any thread; one to

@@ -27,11 +27,12 @@ static_assert(sizeof(PatchVertex) == 12);
 /// those that replace extra vertices.
 struct PatchMesh {
   std::vector<PatchVertex> vertices;
-  std::vector<uint16_t> indices;  ///< three a triangle, from x towards y (clockwise on the map)
-  int64_t bisected = 0;           ///< triangles of bisection
-  std::vector<uint32_t> extras;   ///< places of the extra vertices that were taken out, row by row
-  bool hasMore = false;           ///< vertices inside beyond those that were chosen
-  double excessMeters = 0.0;      ///< by how much the surface leaves the band, on a side with given vertices
+  std::vector<uint16_t> indices;   ///< three a triangle, from x towards y (clockwise on the map)
+  int64_t bisected = 0;            ///< triangles of bisection
+  std::vector<uint32_t> extras;    ///< places of the extra vertices that were taken out, row by row
+  bool hasMore = false;            ///< vertices inside beyond those that were chosen
+  double excessMeters = 0.0;       ///< by how much the surface leaves the band, on a side with given vertices
+  double startExcessMeters = 0.0;  ///< what triangles that replace extra vertices do, at their coarse heights
 
   int64_t triangles() const { return static_cast<int64_t>(indices.size() / 3); }
 };

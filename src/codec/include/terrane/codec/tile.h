@@ -83,6 +83,9 @@ struct ElevationScale {
   double rangeBase = 0.0;     ///< metres; range code c is rangeBase + c * rangeUnit
   double rangeUnit = 1.0;     ///< metres
   double sampleError = 0.0;   ///< metres; how far samples may be off the source, part of every node's codes
+  /// How much finer ground leaves the plane between samples, typically, in their spacings. Says nothing of
+  /// codes: meshes are made for it. This one, an alpine one, where a dataset does not tell.
+  double roughness = 0.4;
 
   /// The height of q; the same float on every machine.
   float heightFromInteger(int64_t q) const {

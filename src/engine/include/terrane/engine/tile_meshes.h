@@ -14,7 +14,7 @@ namespace terrane {
 class TileMeshes {
  public:
   TileMeshes(const Frame& frame, const ElevationScale& scale)
-      : meshScale_(MeshScale::of(frame)), scale_(scale) {}
+      : meshScale_(MeshScale::of(frame, scale)), scale_(scale) {}
 
   /// Null where it is not made.
   std::shared_ptr<const MeshLevel> get(TileId id, int level) const;
