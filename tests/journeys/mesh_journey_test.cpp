@@ -146,6 +146,97 @@ class MeshJourney : public ::testing::Test {
                 static_cast<long long>(places));
   }
 
+  /// What is wrong of a patch where its morph begins, over what the level before states of smooth ground.
+  static double startOf(const Patch& patch, const MeshScale& scale, const ResidentTiles& tiles) {
+    const int level = patch.triangle.diamond.level;
+    if (level == 0 || scale.boundMeters(level) <= 0.0) return 0.0;
+    const MeshLevel& meshes = *tiles.findMeshes(patch.tile, patch.mesh.level);
+    const MeshLevel::Patch& made = meshes.patches[static_cast<size_t>(patch.mesh.index)];
+    return static_cast<double>(made.startErrorMeters) / scale.boundMeters(level - 1);
+  }
+  /// The largest error in pixels of a patch at the samples of the finest ground in it that are in the window.
+  static double worstOf(const Patch& patch, const Cut& cut, const Camera& camera, Terrain& terrain,
+                        ElevationQuery& ground, int64_t& samples) {
+    const Frame& frame = terrain.dataset().manifest().frame;
+    const DrawnSurface drawn(cut, frame, terrain.tiles());
+    const Lattice lattice(cut.latticeDepth);
+    const auto ends = lattice.hypotenuse(patch.triangle.diamond);
+    const LatticePoint apex = patch.triangle.apex;
+    const auto [left, right] = std::minmax({ends[0].x, ends[1].x, apex.x});
+    const auto [top, bottom] = std::minmax({ends[0].y, ends[1].y, apex.y});
+    double worst = 0.0;
+    for (int y = top; y <= bottom; ++y) {
+      for (int x = left; x <= right; ++x) {
+        const glm::dvec2 place(x * frame.spacingXMeters(), -y * frame.spacingYMeters());
+        const auto is = drawn.heightAt(place);
+        const auto should = ground.heightAt(place);
+        if (!is || !should.ok() || !*should) continue;
+        const glm::dvec3 here = camera.viewFromLocal({place, *is});
+        const glm::dvec3 there = camera.viewFromLocal({place, **should});
+        if (here.z <= 1.0 || there.z <= 1.0 || std::abs(here.x) > here.z * camera.tanHalfX() ||
+            std::abs(here.y) > here.z * camera.tanHalfY())
+          continue;
+        worst = std::max(worst, 0.5 * camera.height / camera.tanHalfY() *
+                                    glm::length(glm::dvec2(here) / here.z - glm::dvec2(there) / there.z));
+        ++samples;
+      }
+    }
+    return worst;
+  }
+  /// However far patches have become themselves, nothing is off by more than tau on the screen: those that
+  /// begin worst, from all distances at which they do.
+  static void expectTruthAtEveryMorph(Terrain& terrain, uint32_t seed, int views) {
+    std::mt19937 random(seed);
+    const Manifest& manifest = terrain.dataset().manifest();
+    const MeshScale scale = MeshScale::of(manifest.frame, manifest.scale);
+    ElevationQuery ground(terrain.dataset());
+    std::uniform_real_distribution<double> angle(0.0, 6.28);
+    PatchSelection selection;
+    selection.surface = SurfaceKind::Meshes;
+    int64_t samples = 0;
+    double worst = 0.0, worstStart = 0.0;
+    for (int view = 0; view < views; ++view) {
+      const Camera camera = randomCamera(random, terrain);
+      const auto far = terrain.selectAndLoad(camera, selection);
+      ASSERT_TRUE(far.ok()) << far.error().message;
+      if (far->patches.empty()) continue;
+      const Patch target =
+          *std::max_element(far->patches.begin(), far->patches.end(), [&](const Patch& a, const Patch& b) {
+            return startOf(a, scale, terrain.tiles()) < startOf(b, scale, terrain.tiles());
+          });
+      worstStart = std::max(worstStart, startOf(target, scale, terrain.tiles()));
+      const Frame& frame = terrain.dataset().manifest().frame;
+      const auto ends = Lattice(far->latticeDepth).hypotenuse(target.triangle.diamond);
+      const glm::dvec2 middle(
+          frame.spacingXMeters() * (0.25 * (ends[0].x + ends[1].x) + 0.5 * target.triangle.apex.x),
+          -frame.spacingYMeters() * (0.25 * (ends[0].y + ends[1].y) + 0.5 * target.triangle.apex.y));
+      const auto height = ground.heightAt(middle);
+      if (!height.ok() || !*height) continue;
+      const glm::dvec3 at(middle, **height);
+      // So far away that the patch is small: then hardly anything is left of tau for its nearest corner.
+      constexpr int kHeight = 720;
+      constexpr double kFovY = 0.4;
+      const double distance =
+          scale.boundMeters(target.triangle.diamond.level - 1) * 0.5 * kHeight / std::tan(0.5 * kFovY);
+      const double around = angle(random);
+      const glm::dvec3 away(0.9 * std::cos(around), 0.9 * std::sin(around), 0.44);
+      for (int step = 0; step < 16; ++step) {
+        const glm::dvec3 eye = at + away * distance * (1.5 - 0.05 * step);
+        const Camera near = lookAt(eye, at, kFovY, 1280, kHeight);
+        const auto cut = terrain.selectAndLoad(near, selection);
+        ASSERT_TRUE(cut.ok()) << cut.error().message;
+        for (const Patch& patch : cut->patches)
+          if (patch.triangle == target.triangle && patch.morph < 1.0F)
+            worst = std::max(worst, worstOf(patch, *cut, near, terrain, ground, samples));
+      }
+    }
+    EXPECT_LE(worst, selection.tolerancePixels);
+    EXPECT_GT(samples, 1000);
+    EXPECT_GT(worstStart, 1.1);
+    std::printf("%lld samples at some morph, at most %.3f pixels off; worst start %.2f\n",
+                static_cast<long long>(samples), worst, worstStart);
+  }
+
   /// The drawn picture keeps to tau, and nothing shows through, resident or while loading.
   static void expectTruePictures(Terrain& terrain, uint32_t seed) {
     auto loaded = loadReference(terrain.dataset());
@@ -185,6 +276,7 @@ TEST_F(MeshJourney, MountainsMeetAndAreTrue) {
   const auto terrain = build(source);
   expectNoGaps(*terrain, 1, 6);
   expectTruePictures(*terrain, 1);
+  expectTruthAtEveryMorph(*terrain, 1, 40);
   expectHiddenIsHidden(*terrain, 1, 40, 200);
 }
 
@@ -238,6 +330,7 @@ TEST_F(MeshJourney, RealGroundMeets) {
     const auto terrain = open(output);
     std::printf("%s: ", file);
     expectNoGaps(*terrain, 7, 3);
+    expectTruthAtEveryMorph(*terrain, 7, 20);
     ++seen;
   }
   if (seen == 0) std::printf("no real rasters in ../shared/data: the made-up ground stands alone\n");
