@@ -82,6 +82,7 @@ EMSCRIPTEN_BINDINGS(terrane) {
       .function("pick", &WebView::pick)
       .function("profile", &WebView::profile)
       .function("lineOfSight", &WebView::lineOfSight)
+      .function("studyGround", &WebView::studyGround)
       .function("setLines", &WebView::setLines)
       .function("setPass", &WebView::setPass)
       .function("removePass", &WebView::removePass)

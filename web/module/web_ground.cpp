@@ -96,4 +96,18 @@ emscripten::val WebView::lineOfSight(double fromEast, double fromNorth, double f
   return numbers();
 }
 
+void WebView::studyGround(const emscripten::val& corners, const emscripten::val& counts) {
+  if (!isReady()) return;
+  const auto places = emscripten::convertJSArrayToNumberVector<double>(corners);
+  const Frame& frame = view_->manifest().frame;
+  std::vector<std::vector<glm::dvec2>> lines;
+  size_t at = 0;
+  for (const double count : emscripten::convertJSArrayToNumberVector<double>(counts)) {
+    auto& line = lines.emplace_back();
+    for (double i = 0.0; i < count && at + 1 < places.size(); ++i, at += 2)
+      line.emplace_back(frame.localFromCrs({places[at], places[at + 1], 0.0}));
+  }
+  view_->studyGround(std::move(lines));
+}
+
 }  // namespace terrane

@@ -112,6 +112,8 @@ class WebView {
   emscripten::val lineOfSight(double fromEast, double fromNorth, double fromAboveGround, double toEast,
                               double toNorth, double toAboveGround, double refraction);
 
+  void studyGround(const emscripten::val& corners, const emscripten::val& counts);
+
   // Lines on the ground, and stages of the page's own: web_stages.cpp.
   void setLines(const emscripten::val& corners, const emscripten::val& lines);
   std::string setPass(const std::string& name, const std::string& fragment, double originEast,

@@ -57,34 +57,48 @@ struct BlocksAt {
         after(static_cast<size_t>(std::min(sample / kBlockCells, kBlocks - 1))) {}
 };
 
-/// What blocks say, at each sample of a row; on the sides of blocks the one of them that `choose` takes.
+/// What blocks say at the samples of rows that are gone through from the first on; on the sides of blocks
+/// what the one of them says that `choose` takes.
 template <class Choose>
-std::array<double, kTileSamples> alongRow(const std::array<double, kBlocks * kBlocks>& blocks, int y,
-                                          Choose&& choose) {
-  const BlocksAt rows(y);
-  std::array<double, kTileSamples> out;
-  for (int x = 0; x < kTileSamples; ++x) {
-    const BlocksAt columns(x);
-    out[static_cast<size_t>(x)] = choose(
-        choose(blocks[rows.before * kBlocks + columns.before], blocks[rows.before * kBlocks + columns.after]),
-        choose(blocks[rows.after * kBlocks + columns.before], blocks[rows.after * kBlocks + columns.after]));
+class AlongRows {
+ public:
+  AlongRows(const std::array<double, kBlocks * kBlocks>& blocks, Choose choose)
+      : blocks_(blocks), choose_(choose) {}
+
+  const std::array<float, kTileSamples>& at(int y) {
+    // Rows say the same from the second of a block to its last.
+    if (y % kBlockCells > 1) return row_;
+    const BlocksAt rows(y);
+    std::array<double, kBlocks> chosen;
+    for (size_t col = 0; col < kBlocks; ++col)
+      chosen[col] = choose_(blocks_[rows.before * kBlocks + col], blocks_[rows.after * kBlocks + col]);
+    for (int x = 0; x < kTileSamples; ++x) {
+      const BlocksAt columns(x);
+      row_[static_cast<size_t>(x)] =
+          static_cast<float>(choose_(chosen[columns.before], chosen[columns.after]));
+    }
+    return row_;
   }
-  return out;
-}
+
+ private:
+  const std::array<double, kBlocks * kBlocks>& blocks_;
+  Choose choose_;
+  std::array<float, kTileSamples> row_{};
+};
 
 HeightBand bandOf(const Tile& tile, const Blocks& blocks, bool isFinest) {
   const std::vector<float>& heights = tile.samples.heights;
   const double least = *std::min_element(blocks.tolerance.begin(), blocks.tolerance.end());
   // note: a little less, for what floats round.
   HeightBand out{heights, heights, static_cast<float>(0.999 * least)};
+  AlongRows tolerances(blocks.tolerance, [](double a, double b) { return std::min(a, b); });
   for (int y = 0; y < kTileSamples; ++y) {
-    const std::array<double, kTileSamples> tolerances =
-        alongRow(blocks.tolerance, y, [](double a, double b) { return std::min(a, b); });
+    const std::array<float, kTileSamples>& tolerance = tolerances.at(y);
     float* low = out.low.data() + y * kTileSamples;
     float* high = out.high.data() + y * kTileSamples;
     for (size_t x = 0; x < kTileSamples; ++x) {
-      low[x] -= static_cast<float>(tolerances[x]);
-      high[x] += static_cast<float>(tolerances[x]);
+      low[x] -= tolerance[x];
+      high[x] += tolerance[x];
     }
   }
   const std::vector<uint8_t> measured = measuredSamples(tile.samples, isFinest);
@@ -109,15 +123,15 @@ double errorWithin(const PatchCorners& corners, const Blocks& blocks) {
 /// How far a surface may be off the source at each measured sample; 0 elsewhere.
 std::vector<float> errorsOf(std::span<const float> surface, const Tile& tile, const HeightBand& band,
                             const Blocks& blocks) {
-  const std::vector<float>& heights = tile.samples.heights;
-  std::vector<float> out(heights.size());
+  std::vector<float> out(surface.size());
+  AlongRows own(blocks.error, [](double a, double b) { return std::max(a, b); });
   for (int y = 0; y < kTileSamples; ++y) {
-    const std::array<double, kTileSamples> own =
-        alongRow(blocks.error, y, [](double a, double b) { return std::max(a, b); });
-    for (int x = 0; x < kTileSamples; ++x) {
-      const auto at = static_cast<size_t>(y * kTileSamples + x);
-      if (!std::isnan(band.low[at]))
-        out[at] = std::abs(surface[at] - heights[at]) + static_cast<float>(own[static_cast<size_t>(x)]);
+    const std::array<float, kTileSamples>& error = own.at(y);
+    const auto first = static_cast<size_t>(y * kTileSamples);
+    for (size_t x = 0; x < kTileSamples; ++x) {
+      const size_t at = first + x;
+      const float off = std::abs(surface[at] - tile.samples.heights[at]) + error[x];
+      out[at] = std::isnan(band.low[at]) ? 0.0F : off;
     }
   }
   return out;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "gathered_sets.h"
+#include "studied_ground.h"
 #include "terrane/engine/terrain.h"
 #include "terrane/lod/mesh_placement.h"
 #include "terrane/lod/predict_wishes.h"
@@ -34,6 +35,9 @@ constexpr double kAroundTauFactor = 2.0;
 /// How quickly tau gives way to small caches, and comes back.
 constexpr double kMemoryRisePerSecond = 1.0;
 constexpr double kMemoryFallPerSecond = 0.1;
+/// Ground that is studied may take this share of the room for decoded tiles.
+constexpr uint64_t kStudiedShare = 4;
+constexpr uint64_t kMostStudied = 128;
 /// note: right under the camera no tau is large enough, so this must end.
 constexpr double kMostMemoryFactor = 64.0;
 constexpr double kRoomBeforeFall = 0.7;
@@ -134,6 +138,10 @@ class TerrainView::State {
     if (imagery_ != nullptr) imagery_->setShown(show);
     requested_ = true;
   }
+  void studyGround(std::vector<std::vector<glm::dvec2>> lines) {
+    studied_.setLines(std::move(lines));
+    requested_ = true;
+  }
   Status setImageryLayers(const std::vector<std::string>& names) {
     if (stream_.phase() == StreamPhase::Ready) {
       const auto& known = stream_.manifest().imagery;
@@ -224,6 +232,7 @@ class TerrainView::State {
     else
       wishForSet(camera, selection, wishes);
     imagery_->addWishes(wishes);
+    studied_.addWishes(stream_, mostStudied(), nowSeconds >= nextWishSeconds_, wishes);
     if (options_.prefetch && options_.policy == StreamPolicy::Available) addPrefetch(wishes);
     stream_.want(wishes);
     if (tiles_->changes() != heldChanges_) {
@@ -234,6 +243,12 @@ class TerrainView::State {
     lastCamera_ = camera;
     lastSelection_ = selection;
     nextWishSeconds_ = nowSeconds + 0.5;
+  }
+
+  size_t mostStudied() const {
+    constexpr uint64_t kTileBytes = kTileSampleCount * (sizeof(float) + sizeof(SampleState));
+    const uint64_t fit = options_.stream.decodedBytes / kStudiedShare / kTileBytes;
+    return static_cast<size_t>(std::clamp<uint64_t>(fit, 1, kMostStudied));
   }
 
   static StreamWish wishFor(const TileWish& wish, double tau, double chance) {
@@ -334,6 +349,7 @@ class TerrainView::State {
   std::unique_ptr<ViewImagery> imagery_;
   std::optional<std::vector<std::string>> imageryLayers_;  ///< absent: all
   GatheredSets sets_;
+  StudiedGround studied_;
   MorphHistory history_;
   CameraForecast forecast_;
   std::optional<Camera> ahead_, farAhead_;
@@ -394,6 +410,9 @@ void TerrainView::setFrameControl(const FrameControl::Options& options) {
 }
 void TerrainView::frameTook(double frameSeconds, double elapsedSeconds) {
   state_->control_.frameTook(frameSeconds, elapsedSeconds);
+}
+void TerrainView::studyGround(std::vector<std::vector<glm::dvec2>> lines) {
+  state_->studyGround(std::move(lines));
 }
 void TerrainView::setShowImagery(bool show) {
   state_->setShowImagery(show);

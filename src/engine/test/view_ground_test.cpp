@@ -144,6 +144,46 @@ TEST_F(ViewGroundTest, APixelIsOnTheGroundThatItShows) {
   }
 }
 
+/// Far away and behind the camera little is here; what is studied is as the dataset has it, and stays while
+/// the camera moves.
+TEST_F(ViewGroundTest, StudiedGroundIsAsExactAsTheDataset) {
+  Seen seen({4e6, 0.05});
+  seen.settle(camera());
+  const Frame& frame = seen.view->manifest().frame;
+  const std::vector<glm::dvec2> line = {{3000.0, -16000.0}, {700.0, -19000.0}, {9000.0, -18500.0}};
+  std::vector<glm::dvec2> samples;
+  for (const glm::dvec2 place : line) samples.push_back(frame.sampleFromLocal(place));
+  const auto profile = [&] {
+    Surface surface = seen.view->surface();
+    return profileAlong(surface, frame, samples, 300).value();
+  };
+  const auto worst = [&] {
+    const std::vector<ProfilePoint> points = profile();
+    double most = 0.0;
+    for (const ProfilePoint& point : points) most = std::max(most, point.errorMeters.value_or(1e9));
+    return most;
+  };
+  const double before = worst();
+  EXPECT_GT(before, 5.0);
+
+  seen.view->studyGround({line});
+  seen.settle(camera());
+  const double exact = dataset_->manifest().maxErrorMeters;
+  EXPECT_LE(worst(), exact + 0.1);
+  ElevationQuery query(*dataset_);
+  const std::vector<ProfilePoint> points = profile();
+  for (const ProfilePoint& point : points) {
+    const auto expected = query.heightAt(frame.localFromSample(point.sample));
+    ASSERT_TRUE(expected.ok() && *expected && point.height);
+    ASSERT_NEAR(*point.height, **expected, 1e-6);
+  }
+  // Seen from elsewhere.
+  seen.settle(lookAt({16000.0, -3000.0, 900.0}, {19000.0, -1000.0, 0.0}, 1.0, 640, 360));
+  EXPECT_LE(worst(), exact + 0.1);
+  seen.view->studyGround({});
+  seen.settle(camera());
+}
+
 TEST_F(ViewGroundTest, ProfilesAndFlightsUseWhatIsHere) {
   Seen seen;
   seen.settle(camera());

@@ -46,11 +46,11 @@ after(async () => {
   await server.stop();
 });
 
-async function openPage() {
+async function openPage(url = address) {
   const page = await newPage(browser);
   page.asked = [];
   page.on("request", (request) => page.asked.push(new URL(request.url()).pathname));
-  await page.goto(address);
+  await page.goto(url);
   await page.evaluate(() => window.terraneViewer.ready);
   await page.waitForFunction(() => window.terraneViewer.isSettled, null, { timeout: kPatience });
   return page;
@@ -78,6 +78,40 @@ test("the packed package draws in a page of another origin, decoding in workers"
   assert.deepEqual(page.errors, []);
   await page.evaluate(() => window.terraneViewer.dispose());
   await page.context().close();
+});
+
+test("ground that is studied becomes as exact as the dataset, though the picture needs none of it", async () => {
+  const wide = await serve(makeDataset("wide", { imagery: false, size: 2049 }), { args: ["--cors"] });
+  const page = await openPage(address.replace(/dataset=.*/, `dataset=${encodeURIComponent(`${wide.url}d/wide/`)}`));
+  const answer = await page.evaluate(async () => {
+    const { terraneViewer: viewer } = window;
+    const { bounds, maxErrorMeters } = viewer.dataset;
+    const at = (x, y) => ({
+      easting: bounds.west + x * (bounds.east - bounds.west),
+      northing: bounds.south + y * (bounds.north - bounds.south),
+    });
+    const line = [at(0.05, 0.9), at(0.3, 0.4), at(0.9, 0.95)];
+    const worst = () => Math.max(...viewer.profile(line, 300).map((point) => point.error));
+    const settled = async () => {
+      do await new Promise((resolve) => setTimeout(resolve, 100));
+      while (!viewer.isSettled);
+    };
+    const before = worst();
+    viewer.studyGround("line", line);
+    await settled();
+    const after = worst();
+    const profile = viewer.profile(line, 300).map((point) => point.height);
+    viewer.studyGround("line", null);
+    await settled();
+    return { line, before, after, profile, maxErrorMeters };
+  });
+  assert.ok(answer.before > 2 * answer.maxErrorMeters, `${answer.before} m`);
+  assert.ok(answer.after <= answer.maxErrorMeters + 0.01, `${answer.after} m where the dataset has ${answer.maxErrorMeters}`);
+  const points = answer.line.map((place) => `${place.easting},${place.northing}`).join(";");
+  const told = await wide.ask(`/d/wide/profile?points=${points}&samples=300`);
+  for (let i = 0; i < 300; ++i) assert.ok(Math.abs(told.heightsMeters[i] - answer.profile[i]) < 0.01);
+  await page.context().close();
+  await wide.stop();
 });
 
 test("engine and workers are at most 1.5 MB compressed", () => {

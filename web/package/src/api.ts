@@ -248,6 +248,12 @@ export interface Viewer {
     options?: { curvature?: boolean; refraction?: number },
   ): Sight;
 
+  /** Has the ground along a line fetched as finely as it is stored, whatever the picture needs, so that `profile()`,
+   * `elevationAt()` and `lineOfSight()` answer as exactly as the dataset can: their errors shrink as it comes. After what is in
+   * view, and only as finely as a quarter of the memory for tiles allows (some 100 tiles). It stays until the line of that id is
+   * another, or null. */
+  studyGround(id: string, line: { easting: number; northing: number }[] | null): void;
+
   /** Adds a line, or replaces the one of that id. */
   setLine(id: string, line: Line): void;
   removeLine(id: string): void;

@@ -152,6 +152,10 @@ export interface EngineView {
     toEast: number, toNorth: number, toAboveGround: number, refraction: number,
   ): Float64Array;
 
+  /** Lines along which the ground is fetched as finely as it is stored. `corners`: easting and northing pairs of all, one after the
+   * other; `counts`: corners of each. Only when ready. */
+  studyGround(corners: Float64Array, counts: Float64Array): void;
+
   /** Replaces all lines on the ground. `corners`: easting and northing pairs of all lines, one after the other; `lines`: for each
    * line [corner count, red, green, blue, alpha (0 to 1, sRGB), width, 1 if the width is in metres and not in pixels]. */
   setLines(corners: Float64Array, lines: Float32Array): void;

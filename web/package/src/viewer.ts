@@ -60,6 +60,8 @@ class TerraneViewer implements Viewer {
 
   private readonly allLines = new Map<string, Line>();
   private areLinesStale = false;
+  private readonly studied = new Map<string, { easting: number; northing: number }[]>();
+  private isStudyStale = false;
   private readonly passes = new Map<string, Pass>();
 
   private way: "map" | "fly" | "none" = "none";
@@ -288,6 +290,7 @@ class TerraneViewer implements Viewer {
     const isResized = this.takeSize(native);
     this.giveCamera(native);
     if (this.areLinesStale && this.info !== null) this.giveLines(native);
+    if (this.isStudyStale && this.info !== null) this.giveStudied(native);
     this.chooseSamples(now, native);
 
     const begun = performance.now();
@@ -609,6 +612,21 @@ class TerraneViewer implements Viewer {
     );
     const isHidden = seen !== 1 && easting !== undefined && northing !== undefined && height !== undefined;
     return { visible: seen === 1, clearance, blockedAt: isHidden ? { easting, northing, height } : null };
+  }
+
+  studyGround(id: string, line: { easting: number; northing: number }[] | null): void {
+    if (line === null ? !this.studied.delete(id) : line.length === 0) return;
+    if (line !== null) this.studied.set(id, line.map(({ easting, northing }) => ({ easting, northing })));
+    this.isStudyStale = true;
+    this.wake();
+  }
+  private giveStudied(native: EngineView): void {
+    this.isStudyStale = false;
+    const lines = [...this.studied.values()];
+    native.studyGround(
+      Float64Array.from(lines.flat().flatMap((place) => [place.easting, place.northing])),
+      Float64Array.from(lines, (line) => line.length),
+    );
   }
 
   // ------------------------------------------------------------------------------------------ lines and passes

@@ -5,6 +5,7 @@ import type { Panels } from "./parts/panels.js";
 import type { Pointing } from "./parts/pointing.js";
 import type { IconName } from "./parts/icons.js";
 import type { FlightDeck } from "./flight_deck.js";
+import type { GroundScale } from "./geo/ground_scale.js";
 import type { Projection } from "./geo/projection.js";
 
 /** What panels, tools and actions are given. Exists from the moment the dataset is open. */
@@ -21,6 +22,8 @@ export interface App {
   readonly flights: FlightDeck;
   /** Between WGS 84 and the dataset's CRS; null where that CRS is not understood. Loads what it needs when first asked. */
   projection(): Promise<Projection | null>;
+  /** Lengths as they are on the ground; null where that CRS is not understood, and the map's have to do. */
+  groundScale(): Promise<GroundScale | null>;
   /** A short message that goes away by itself. */
   say(message: string, kind?: "info" | "warning"): void;
   /** Asks for a file from the disk, and takes it as if it had been dropped on the page. */

@@ -1,6 +1,7 @@
 import type { DatasetInfo, Viewer } from "terrane";
 import type { App } from "./app.js";
 import { FlightDeck } from "./flight_deck.js";
+import { groundScaleOf } from "./geo/ground_scale.js";
 import { openFiles } from "./geo/open_file.js";
 import { type Projection, projectionOf } from "./geo/projection.js";
 import { listenToKeys } from "./keys.js";
@@ -37,6 +38,7 @@ export function makeShell(viewer: Viewer, dataset: DatasetInfo, messages: Messag
         projection = null;
         return null;
       })),
+    groundScale: async () => groundScaleOf(dataset, await app.projection()),
     say,
     openFiles: () => askForFiles(take),
     copyLink: () => {

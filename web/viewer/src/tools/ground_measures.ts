@@ -1,4 +1,18 @@
-import type { Place, ProfilePoint } from "terrane";
+import type { DatasetInfo, Place, ProfilePoint } from "terrane";
+import type { GroundScale } from "../geo/ground_scale.js";
+
+type Spot = Pick<Place, "easting" | "northing">;
+/** Metres from one place to another, level. */
+export type Distance = (a: Spot, b: Spot) => number;
+
+/** As the map shows it. */
+export function mapDistance(metersPerUnit: number): Distance {
+  return (a, b) => Math.hypot(b.easting - a.easting, b.northing - a.northing) * metersPerUnit;
+}
+/** As it is on the ground, where that is known. */
+export function distanceIn(dataset: DatasetInfo, scale: GroundScale | null): Distance {
+  return scale ? (a, b) => scale.distance(a, b) : mapDistance(dataset.metersPerUnit);
+}
 
 /** Metres along a profile over the ground; where there is none, straight across. */
 export function lengthOverGround(points: readonly ProfilePoint[]): number {
@@ -12,17 +26,21 @@ export function lengthOverGround(points: readonly ProfilePoint[]): number {
   return length;
 }
 
-/** Metres from corner to corner through the air, and on the map. */
-export function lengthOfCorners(corners: readonly Place[], metersPerUnit: number): { straight: number; flat: number } {
-  let [straight, flat] = [0, 0];
+/** Metres from corner to corner, level. */
+export function lengthOfCorners(corners: readonly Spot[], distance: Distance): number {
+  return sumOver(corners, distance);
+}
+/** Metres from corner to corner through the air. */
+export function straightLength(corners: readonly Place[], distance: Distance): number {
+  return sumOver(corners, (a, b) => Math.hypot(distance(a, b), b.height - a.height));
+}
+function sumOver<P>(corners: readonly P[], distance: (a: P, b: P) => number): number {
+  let length = 0;
   for (let i = 1; i < corners.length; ++i) {
     const [a, b] = [corners[i - 1], corners[i]];
-    if (!a || !b) continue;
-    const step = Math.hypot(b.easting - a.easting, b.northing - a.northing) * metersPerUnit;
-    flat += step;
-    straight += Math.hypot(step, b.height - a.height);
+    if (a && b) length += distance(a, b);
   }
-  return { straight, flat };
+  return length;
 }
 
 /** Square metres on the map that a line encloses when its ends are joined. */

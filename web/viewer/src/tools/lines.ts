@@ -1,4 +1,5 @@
 import type { App, Panel } from "../app.js";
+import type { GroundScale } from "../geo/ground_scale.js";
 import { epsgOf } from "../geo/projection.js";
 import { writeGeoJson } from "../geo/geojson.js";
 import { type GroundLine, boundsOf, kColors } from "../line_store.js";
@@ -6,7 +7,7 @@ import { switchControl } from "../parts/controls.js";
 import { download, el, fill } from "../parts/dom.js";
 import { formatDistance, formatNumber } from "../parts/format.js";
 import { icon } from "../parts/icons.js";
-import { lengthOfCorners } from "./ground_measures.js";
+import { lengthOfCorners, mapDistance } from "./ground_measures.js";
 import { Path, pathButtons } from "./path.js";
 import { profileOf } from "./profile.js";
 
@@ -22,6 +23,7 @@ export const linesTool: Panel = {
     const hint = el("p", { class: "faint" });
     const drawing = el("div");
     let path: Path | null = null;
+    let scale: GroundScale | null = null;
 
     const setDrawing = (on: boolean): void => {
       path?.close();
@@ -72,7 +74,7 @@ export const linesTool: Panel = {
       fill(
         list,
         ...(all.length > 0
-          ? all.map((line) => rowFor(app, line))
+          ? all.map((line) => rowFor(app, line, scale))
           : [el("li", { class: "faint" }, "No lines yet. GeoJSON and GPX files can also be dropped on the page.")]),
       );
     };
@@ -86,6 +88,10 @@ export const linesTool: Panel = {
     const stop = lines.onChange(show);
     setDrawing(true);
     show();
+    void app.groundScale().then((found) => {
+      scale = found;
+      show();
+    });
     return {
       body: el(
         "div",
@@ -112,8 +118,8 @@ export const linesTool: Panel = {
   },
 };
 
-function rowFor(app: App, line: GroundLine): HTMLElement {
-  const { lines, viewer, dataset } = app;
+function rowFor(app: App, line: GroundLine, scale: GroundScale | null): HTMLElement {
+  const { lines, viewer } = app;
   const color = el("input", {
     type: "color",
     value: line.color,
@@ -145,15 +151,8 @@ function rowFor(app: App, line: GroundLine): HTMLElement {
     el("option", { value: "meters" }, "m"),
   );
   unit.value = line.widthUnit;
-  const length = line.parts.reduce(
-    (sum, part) =>
-      sum +
-      lengthOfCorners(
-        part.map((point) => ({ ...point, height: 0 })),
-        dataset.metersPerUnit,
-      ).flat,
-    0,
-  );
+  const onMap = mapDistance(app.dataset.metersPerUnit);
+  const length = line.parts.reduce((sum, part) => sum + (scale?.length(part) ?? lengthOfCorners(part, onMap)), 0);
   const points = line.parts.reduce((sum, part) => sum + part.length, 0);
   const name = el("input", {
     class: "line-name",

@@ -2,7 +2,8 @@ import type { Panel } from "../app.js";
 import { resultRow, switchControl } from "../parts/controls.js";
 import { el, fill } from "../parts/dom.js";
 import { formatArea, formatDistance, formatError, formatHeight, formatNumber, windOf } from "../parts/format.js";
-import { areaOf, climbOf, lengthOfCorners, lengthOverGround } from "./ground_measures.js";
+import type { GroundScale } from "../geo/ground_scale.js";
+import { areaOf, climbOf, distanceIn, lengthOfCorners, lengthOverGround, mapDistance, straightLength } from "./ground_measures.js";
 import { Path, pathButtons, whenFiner } from "./path.js";
 
 /** Samples of the ground between two corners: enough for its folds. */
@@ -19,6 +20,7 @@ export const measureTool: Panel = {
     const { viewer, dataset } = app;
     const results = el("div", { class: "results", "aria-live": "polite" });
     let isArea = false;
+    let scale: GroundScale | null = null;
     const show = (): void => {
       const corners = path.corners.map((corner) => ({
         ...corner,
@@ -41,15 +43,17 @@ export const measureTool: Panel = {
         return;
       }
       const samples = Math.min(kMostSamples, (corners.length - 1) * kSamplesPerSegment + 1);
-      const profile = viewer.profile(corners, samples);
-      const { straight, flat } = lengthOfCorners(corners, dataset.metersPerUnit);
+      const onMap = viewer.profile(corners, samples);
+      const profile = scale?.along(onMap) ?? onMap;
+      const flat = lengthOfCorners(corners, mapDistance(dataset.metersPerUnit));
+      const straight = straightLength(corners, distanceIn(dataset, scale));
       const climb = climbOf(profile);
       const bearing = ((Math.atan2(last.easting - first.easting, last.northing - first.northing) * 180) / Math.PI + 360) % 360;
       fill(
         results,
         resultRow("Over the ground", formatDistance(lengthOverGround(profile))),
         resultRow("Straight", formatDistance(straight), "From corner to corner through the air"),
-        resultRow("On the map", formatDistance(flat)),
+        resultRow("On the map", formatDistance(flat), `As ${dataset.crsName} shows it`),
         resultRow(
           "Height difference",
           `${last.height > first.height ? "+" : ""}${formatHeight(last.height - first.height, climb.error)}`,
@@ -60,9 +64,17 @@ export const measureTool: Panel = {
           ? resultRow("Direction", `${formatNumber(bearing, 1)}° ${windOf(bearing)}`, "Clockwise from grid north")
           : null,
         isArea
-          ? resultRow("Area on the map", corners.length < 3 ? "needs three points" : formatArea(areaOf(corners, dataset.metersPerUnit)))
+          ? resultRow(
+              scale ? "Area" : "Area on the map",
+              corners.length < 3 ? "needs three points" : formatArea(scale?.area(corners) ?? areaOf(corners, dataset.metersPerUnit)),
+              "Level, however the ground rises",
+            )
           : null,
-        el("p", { class: "faint" }, `Heights ${formatError(climb.error)}. Lengths are those of ${dataset.crsName}.`),
+        el(
+          "p",
+          { class: "faint" },
+          `Heights ${formatError(climb.error)}. ${scale ? `Lengths are those on the ellipsoid, on the map those of ${dataset.crsName}.` : `Lengths are those of ${dataset.crsName}.`}`,
+        ),
       );
     };
     const path = new Path(app, "measure", { color: "#ffd23f", widthPixels: 3 }, () => show());
@@ -77,6 +89,10 @@ export const measureTool: Panel = {
     );
     const stop = whenFiner(app, show);
     show();
+    void app.groundScale().then((found) => {
+      scale = found;
+      show();
+    });
     return {
       body: el("div", {}, results, area.element, pathButtons(app, path)),
       close: () => {

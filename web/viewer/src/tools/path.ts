@@ -68,6 +68,7 @@ export class Path {
     this.app.overlay.clear(this.id);
     this.app.overlay.setBand(null, null);
     this.app.viewer.removeLine(this.id);
+    this.app.viewer.studyGround(this.id, null);
   }
 
   /** Draws it as it is now. */
@@ -81,6 +82,8 @@ export class Path {
     });
     if (corners.length >= 2) app.viewer.setLine(id, { points: corners, ...this.style });
     else app.viewer.removeLine(id);
+    // What is asked along it shall be as exact as the dataset is.
+    app.viewer.studyGround(id, corners.length > 0 ? corners : null);
     if (!this.isOpen || corners.length === 0) app.overlay.setBand(null, null);
     this.changed();
   }
@@ -124,12 +127,18 @@ export function pathButtons(app: App, path: Path): HTMLElement {
   );
 }
 
-/** Calls when the ground has become finer, so that answers about it may be better. */
+const kAgainMilliseconds = 500;
+
+/** Calls when the ground has become finer, so that answers about it may be better; not all the time while it does. */
 export function whenFiner(app: App, work: () => void): () => void {
   let bytes = -1;
+  let last = 0;
   return app.viewer.on("loading", (now) => {
-    if (now.phase !== "settled" || now.bytesReceived === bytes) return;
+    if (now.bytesReceived === bytes) return;
+    const time = performance.now();
+    if (now.phase !== "settled" && time < last + kAgainMilliseconds) return;
     bytes = now.bytesReceived;
+    last = time;
     work();
   });
 }

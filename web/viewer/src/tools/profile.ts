@@ -1,5 +1,6 @@
 import type { ProfilePoint } from "terrane";
 import type { App, OpenPanel, Panel } from "../app.js";
+import type { GroundScale } from "../geo/ground_scale.js";
 import type { Point } from "../line_store.js";
 import { el, fill } from "../parts/dom.js";
 import { formatDistance, formatError, formatHeight, formatNumber, formatTick } from "../parts/format.js";
@@ -30,10 +31,14 @@ function openProfile(app: App, given: readonly Point[]): OpenPanel {
   const canvas = el("canvas", { class: "profile-plot", tabindex: 0, role: "img" });
   const summary = el("div", { class: "profile-summary number", "aria-live": "polite" });
   let points: ProfilePoint[] = [];
+  let lengthOnMap = 0;
+  let scale: GroundScale | null = null;
   let hovered: number | null = null;
 
   const show = (): void => {
-    points = path.corners.length >= 2 ? viewer.profile(path.corners, kSamples) : [];
+    const onMap = path.corners.length >= 2 ? viewer.profile(path.corners, kSamples) : [];
+    lengthOnMap = onMap.at(-1)?.distance ?? 0;
+    points = scale?.along(onMap) ?? onMap;
     if (hovered !== null && hovered >= points.length) hovered = null;
     paint();
     tell();
@@ -52,8 +57,7 @@ function openProfile(app: App, given: readonly Point[]): OpenPanel {
       return;
     }
     const climb = climbOf(points);
-    const length = points.at(-1)?.distance ?? 0;
-    const whole = `${formatDistance(length)} on the map, ${formatDistance(lengthOverGround(points))} over the ground · ${formatNumber(climb.lowest?.height ?? NaN)} to ${formatNumber(climb.highest?.height ?? NaN)} m · ${formatNumber(climb.up)} m up, ${formatNumber(climb.down)} m down · steepest ${formatNumber(climb.steepest)}°`;
+    const whole = `${formatDistance(lengthOnMap)} on the map, ${formatDistance(lengthOverGround(points))} over the ground · ${formatNumber(climb.lowest?.height ?? NaN)} to ${formatNumber(climb.highest?.height ?? NaN)} m · ${formatNumber(climb.up)} m up, ${formatNumber(climb.down)} m down · steepest ${formatNumber(climb.steepest)}°`;
     canvas.setAttribute("aria-label", `Profile: ${whole}. Arrow keys move along it.`);
     fill(
       summary,
@@ -89,6 +93,10 @@ function openProfile(app: App, given: readonly Point[]): OpenPanel {
 
   const path = new Path(app, "profile", { color: "#4cc9f0", widthPixels: 3 }, () => show());
   const stop = whenFiner(app, show);
+  void app.groundScale().then((found) => {
+    scale = found;
+    show();
+  });
   const resizes = new ResizeObserver(paint);
   resizes.observe(canvas);
   if (given.length >= 2) path.take(given);

@@ -1,9 +1,10 @@
-import type { Place } from "terrane";
 import type { Panel } from "../app.js";
+import type { GroundScale } from "../geo/ground_scale.js";
 import { resultRow, switchControl } from "../parts/controls.js";
 import { el, fill } from "../parts/dom.js";
 import { formatDistance, formatNumber } from "../parts/format.js";
 import { icon } from "../parts/icons.js";
+import { distanceIn } from "./ground_measures.js";
 import { Path, pathButtons, whenFiner } from "./path.js";
 
 const kFree = "#3ddc97";
@@ -22,6 +23,7 @@ export const sightTool: Panel = {
     const results = el("div", { class: "results", "aria-live": "polite" });
     const above = { eye: kEyeMeters, target: 0 };
     let isRound = true;
+    let scale: GroundScale | null = null;
 
     const clear = (): void => {
       viewer.removeLine("sight/free");
@@ -36,7 +38,7 @@ export const sightTool: Panel = {
         return;
       }
       const sight = viewer.lineOfSight({ ...eye, above: above.eye }, { ...target, above: above.target }, { curvature: isRound });
-      const distance = (a: Place, b: Place): number => Math.hypot(a.easting - b.easting, a.northing - b.northing) * dataset.metersPerUnit;
+      const distance = distanceIn(dataset, scale);
       const blockedAt = sight.visible ? null : sight.blockedAt;
       viewer.setLine("sight/free", {
         points: [eye, blockedAt ?? target],
@@ -67,7 +69,7 @@ export const sightTool: Panel = {
         el(
           "p",
           { class: "faint" },
-          `Over the ground that is here, whose heights are ± ${formatNumber(dataset.maxErrorMeters, 2)} m where all has come. ${isRound ? "Over a round earth, in air as it bends light by day (0.13)." : "As if the earth were flat."}`,
+          `Over the ground that is here, whose heights are ± ${formatNumber(dataset.maxErrorMeters, 2)} m when all of it along the line has come. ${isRound ? "Over a round earth, in air as it bends light by day (0.13)." : "As if the earth were flat."}`,
         ),
       );
     };
@@ -98,6 +100,10 @@ export const sightTool: Panel = {
     });
     const stop = whenFiner(app, show);
     show();
+    void app.groundScale().then((found) => {
+      scale = found;
+      show();
+    });
     return {
       body: el(
         "div",

@@ -106,6 +106,11 @@ class TerrainView {
   /// nobody knows, and those that turn out not to exist are passed over.
   Status setImageryLayers(const std::vector<std::string>& names);
 
+  /// Lines in local metres along which the ground shall be here as finely as it is stored, or as some hundred
+  /// tiles allow, so that questions about it are answered as well as the dataset can: a profile, a line of
+  /// sight. Fetched after what is in view. Replaces the lines of the call before; none: nothing more.
+  void studyGround(std::vector<std::vector<glm::dvec2>> lines);
+
   /// The finest ground that has come, to ask questions of until the next update(); only when Ready. Heights
   /// are not exaggerated.
   Surface surface() const;
