@@ -11,6 +11,7 @@ EMSCRIPTEN_BINDINGS(terrane) {
       .field("pictureMegabytes", &WebLimits::pictures)
       .field("gpuGeometryMegabytes", &WebLimits::gpuGeometry)
       .field("gpuTextureMegabytes", &WebLimits::gpuTexture)
+      .field("meshMegabytes", &WebLimits::meshes)
       .field("uploadMegabytesAFrame", &WebLimits::uploadAFrame);
   emscripten::value_object<WebStyle>("EngineStyle")
       .field("surface", &WebStyle::surface)

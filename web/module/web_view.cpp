@@ -59,6 +59,7 @@ WebView::WebView(const std::string& url, const WebLimits& limits) {
   options.stream.pictureBytes = bytesOf(limits.pictures);
   options.gpuGeometryBytes = bytesOf(limits.gpuGeometry);
   options.gpuTextureBytes = bytesOf(limits.gpuTexture);
+  options.meshBytes = bytesOf(limits.meshes);
   options.uploadBytesAFrame = bytesOf(limits.uploadAFrame);
   view_ = std::make_unique<TerrainView>(openHttpTransport(url), workers_, nullptr, options);
   open();

@@ -21,6 +21,7 @@ struct WebLimits {
   double pictures = 32.0;
   double gpuGeometry = 96.0;
   double gpuTexture = 192.0;
+  double meshes = 128.0;
   double uploadAFrame = 4.0;
 };
 

@@ -215,6 +215,7 @@ class TerrainView::State {
     const double started = seconds();
     // A camera that jumps sees a new picture, not one that changes.
     const double elapsed = lastChosenSeconds_ ? nowSeconds - *lastChosenSeconds_ : 0.0;
+    tiles_->beginTurn();
     if (selection.surface == SurfaceKind::Meshes) tiles_->makeRootMeshes();
     cut_ = selectPatches(selection, manifest.frame, manifest.scale, camera, *tiles_, &history_, elapsed);
     report_.selectSeconds = seconds() - started;
@@ -235,6 +236,7 @@ class TerrainView::State {
     studied_.addWishes(stream_, mostStudied(), nowSeconds >= nextWishSeconds_, wishes);
     if (options_.prefetch && options_.policy == StreamPolicy::Available) addPrefetch(wishes);
     stream_.want(wishes);
+    tiles_->keepMeshesWithin(options_.meshBytes);
     if (tiles_->changes() != heldChanges_) {
       heldChanges_ = tiles_->changes();
       stream_.hold(tiles_->tiles());

@@ -10,6 +10,9 @@ namespace {
 
 /// Prepared tiles that nobody has wanted for so many frames are forgotten.
 constexpr uint64_t kPatienceFrames = 120;
+/// Meshes that so many selections have not looked at may be forgotten: more than there are from one look
+/// ahead or around to the next.
+constexpr uint64_t kMeshPatienceTurns = 120;
 
 }  // namespace
 
@@ -194,6 +197,13 @@ void TileUploads::addMeshes(TileId id, std::vector<std::shared_ptr<const MeshLev
     if (renderer_ != nullptr) renderer_->addMeshes(id, meshes);
     meshes_.add(id, std::move(meshes));
   }
+}
+
+void TileUploads::keepMeshesWithin(size_t bytes) {
+  if (meshes_.sizeBytes() <= bytes) return;
+  // Rather more at once than every time.
+  for (const MeshWish& unused : meshes_.keepWithin(bytes / 8 * 7, kMeshPatienceTurns))
+    if (renderer_ != nullptr) renderer_->dropMeshes(unused.tile, unused.level);
 }
 
 void TileUploads::makeRootMeshes() {

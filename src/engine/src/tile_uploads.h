@@ -46,6 +46,10 @@ class TileUploads final : public ResidentTiles {
   /// Takes in meshes that were made; are there any?
   bool takeMeshes();
   bool areMeshesUnderWay() const { return !meshesUnderWay_.empty(); }
+  /// A selection begins.
+  void beginTurn() { meshes_.beginTurn(); }
+  /// Forgets meshes that nothing chosen lately looked at, where all take more than `bytes`.
+  void keepMeshesWithin(size_t bytes);
   size_t meshBytes() const { return meshes_.sizeBytes(); }
   /// Marks what a cut draws from, and what waits for its wishes to be drawn from.
   void need(const Cut& cut, uint64_t frame);

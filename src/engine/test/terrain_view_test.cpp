@@ -170,6 +170,40 @@ TEST_F(TerrainViewTest, MeshesSettleOnTheirCutToo) {
   }
 }
 
+/// What no camera of late looked at goes, and is made again where it is needed again.
+TEST_F(TerrainViewTest, MeshesKeepWithinTheirBudget) {
+  ViewOptions options;
+  options.selection.surface = SurfaceKind::Meshes;
+  const auto fly = [&](uint64_t bytes) {
+    options.meshBytes = bytes;
+    Seen seen = see(options);
+    const auto at = [](int i) { return cameraAt(1000.0 + 15.0 * i, -14000.0 + 5.0 * i, 400.0); };
+    uint64_t most = 0;
+    for (int i = 0; i < 1000; ++i) {
+      seen.update(at(i));
+      if (i < 300) continue;
+      most = std::max(most, seen.view->report().meshBytes);
+    }
+    // Back where it began, and as fine as then.
+    seen.settle(at(0));
+    EXPECT_TRUE(seen.view->isSettled());
+    auto terrain = Terrain::open(directory());
+    const auto expected = (*terrain)->selectAndLoad(at(0), options.selection);
+    EXPECT_TRUE(expected.ok() && patchesOf(seen.view->cut()) == patchesOf(*expected));
+    return most;
+  };
+  const uint64_t all = fly(1U << 30);
+  const uint64_t some = fly(all / 2);
+  EXPECT_LE(some, all / 2);
+  // Too little for what is in use: that stays.
+  const uint64_t used = fly(1);
+  EXPECT_LT(used, some);
+  EXPECT_GT(used, 0U);
+  std::printf("meshes: %.1f MB, %.1f where half of it is allowed, %.1f at least\n",
+              1e-6 * static_cast<double>(all), 1e-6 * static_cast<double>(some),
+              1e-6 * static_cast<double>(used));
+}
+
 /// Whatever comes, goes and is made meanwhile, there is a picture; also when the surface changes in flight.
 TEST_F(TerrainViewTest, MeshesAreWholeInSmallCachesAndWithFaults) {
   ViewOptions options;

@@ -83,6 +83,17 @@ void MeshStore::drop(TileId id) {
   last_ = nullptr;
 }
 
+void MeshStore::drop(TileId id, int level) {
+  const auto tile = meshes_.find(id);
+  if (tile == meshes_.end()) return;
+  const auto at = tile->second.find(level);
+  if (at == tile->second.end()) return;
+  releaseAll(id, *at->second.meshes);
+  tile->second.erase(at);
+  if (tile->second.empty()) meshes_.erase(tile);
+  last_ = nullptr;
+}
+
 void MeshStore::releaseAll(TileId id, const MeshLevel& meshes) {
   forgetArriving();
   for (int index = 0; index < static_cast<int>(meshes.patches.size()); ++index) {

@@ -53,6 +53,8 @@ class MeshStore {
   void add(TileId id, std::shared_ptr<const MeshLevel> meshes);
   /// Forgets all meshes of a tile.
   void drop(TileId id);
+  /// Forgets those of one level.
+  void drop(TileId id, int level);
   bool has(TileId id, int level) const;
 
   /// The next frame begins: what it places stays until it ends.

@@ -316,6 +316,9 @@ void TerrainRenderer::addMeshes(TileId id, std::shared_ptr<const MeshLevel> mesh
 bool TerrainRenderer::hasMeshes(TileId id, int level) const {
   return parts_->meshes.has(id, level);
 }
+void TerrainRenderer::dropMeshes(TileId id, int level) {
+  parts_->meshes.drop(id, level);
+}
 size_t TerrainRenderer::tileCount() const {
   return parts_->tiles.tileCount();
 }

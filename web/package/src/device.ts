@@ -22,6 +22,7 @@ const kLimits: Record<Profile, EngineLimits> = {
     pictureMegabytes: 48,
     gpuGeometryMegabytes: 128,
     gpuTextureMegabytes: 256,
+    meshMegabytes: 96,
     uploadMegabytesAFrame: 4,
   },
   phone: {
@@ -30,6 +31,7 @@ const kLimits: Record<Profile, EngineLimits> = {
     pictureMegabytes: 16,
     gpuGeometryMegabytes: 48,
     gpuTextureMegabytes: 96,
+    meshMegabytes: 40,
     uploadMegabytesAFrame: 2,
   },
 };

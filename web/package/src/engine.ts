@@ -39,6 +39,7 @@ export interface EngineLimits {
   pictureMegabytes: number;
   gpuGeometryMegabytes: number;
   gpuTextureMegabytes: number;
+  meshMegabytes: number;
   uploadMegabytesAFrame: number;
 }
 

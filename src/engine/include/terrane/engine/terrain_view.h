@@ -28,6 +28,7 @@ enum class StreamPolicy : uint8_t {
 struct ViewOptions {
   PatchSelection selection;  ///< tolerancePixels is tau, where frame control does not change it
   StreamOptions stream;
+  uint64_t meshBytes = 192U << 20;         ///< of meshes; what is in use stays whatever this says
   uint64_t gpuGeometryBytes = 256U << 20;  ///< heights and masks on the GPU
   uint64_t gpuTextureBytes = 512U << 20;   ///< lighting and imagery on the GPU
   uint64_t uploadBytesAFrame = 8U << 20;   ///< at least one tile

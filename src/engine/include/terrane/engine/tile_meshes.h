@@ -22,6 +22,13 @@ class TileMeshes {
   void add(TileId id, std::shared_ptr<const MeshLevel> meshes);
   void drop(TileId id);
   void clear();
+
+  /// A selection begins: what is found from now on counts as used in it.
+  void beginTurn() { ++turn_; }
+  /// Forgets meshes until they take no more than `bytes`, those first that were used the longest time ago: of
+  /// a tile the deepest level, if no child's meshes were made from it. Keeps what was used in the last
+  /// `turns` turns, whatever it takes. Returns what it forgot.
+  std::vector<MeshWish> keepWithin(size_t bytes, uint64_t turns);
   size_t sizeBytes() const { return sizeBytes_; }
 
   /// What answers a wish: the wished level and, of a tile's own levels, those after it, which will be wished
@@ -37,9 +44,17 @@ class TileMeshes {
   static std::vector<std::shared_ptr<const MeshLevel>> make(const Order& order, const Tile& tile);
 
  private:
+  struct Kept {
+    std::shared_ptr<const MeshLevel> meshes;
+    mutable uint64_t usedIn = 0;  ///< turn
+  };
+  bool hasMeshesBelow(TileId id) const;
+  const Kept* use(TileId id, int level) const;
+
   MeshScale meshScale_;
   ElevationScale scale_;
-  std::unordered_map<TileId, std::map<int, std::shared_ptr<const MeshLevel>>, TileIdHash> made_;
+  std::unordered_map<TileId, std::map<int, Kept>, TileIdHash> made_;
+  uint64_t turn_ = 0;
   size_t sizeBytes_ = 0;
 };
 

@@ -61,6 +61,8 @@ class TerrainRenderer {
   /// GPU with the frame that draws it first. Forgotten with the tile.
   void addMeshes(TileId id, std::shared_ptr<const MeshLevel> meshes);
   bool hasMeshes(TileId id, int level) const;
+  /// Forgets those of one level; nothing happens if they are not there.
+  void dropMeshes(TileId id, int level);
   /// Forgets a tile; nothing happens if it is not there.
   void dropTile(TileId id);
   size_t tileCount() const;
