@@ -46,7 +46,7 @@ bool TileMeshes::hasMeshesBelow(TileId id) const {
   return false;
 }
 
-std::vector<MeshWish> TileMeshes::keepWithin(size_t bytes, uint64_t turns) {
+std::vector<MeshWish> TileMeshes::keepWithin(uint64_t bytes, uint64_t turns) {
   std::vector<MeshWish> out;
   while (sizeBytes_ > bytes) {
     std::vector<std::pair<uint64_t, MeshWish>> unused;

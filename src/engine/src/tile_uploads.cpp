@@ -199,7 +199,7 @@ void TileUploads::addMeshes(TileId id, std::vector<std::shared_ptr<const MeshLev
   }
 }
 
-void TileUploads::keepMeshesWithin(size_t bytes) {
+void TileUploads::keepMeshesWithin(uint64_t bytes) {
   if (meshes_.sizeBytes() <= bytes) return;
   // Rather more at once than every time.
   for (const MeshWish& unused : meshes_.keepWithin(bytes / 8 * 7, kMeshPatienceTurns))

@@ -49,7 +49,7 @@ class TileUploads final : public ResidentTiles {
   /// A selection begins.
   void beginTurn() { meshes_.beginTurn(); }
   /// Forgets meshes that nothing chosen lately looked at, where all take more than `bytes`.
-  void keepMeshesWithin(size_t bytes);
+  void keepMeshesWithin(uint64_t bytes);
   size_t meshBytes() const { return meshes_.sizeBytes(); }
   /// Marks what a cut draws from, and what waits for its wishes to be drawn from.
   void need(const Cut& cut, uint64_t frame);

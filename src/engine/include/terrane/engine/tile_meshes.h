@@ -28,7 +28,7 @@ class TileMeshes {
   /// Forgets meshes until they take no more than `bytes`, those first that were used the longest time ago: of
   /// a tile the deepest level, if no child's meshes were made from it. Keeps what was used in the last
   /// `turns` turns, whatever it takes. Returns what it forgot.
-  std::vector<MeshWish> keepWithin(size_t bytes, uint64_t turns);
+  std::vector<MeshWish> keepWithin(uint64_t bytes, uint64_t turns);
   size_t sizeBytes() const { return sizeBytes_; }
 
   /// What answers a wish: the wished level and, of a tile's own levels, those after it, which will be wished
