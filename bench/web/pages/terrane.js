@@ -14,7 +14,8 @@ const terrane = await makeTerrane({
   workerCount,
 });
 const view = new terrane.View(dataset, { compressedMegabytes: 64, decodedMegabytes: 192, pictureMegabytes: 48,
-  gpuGeometryMegabytes: 128, gpuTextureMegabytes: 256, uploadMegabytesAFrame: 4 });
+  gpuGeometryMegabytes: 128, gpuTextureMegabytes: 256, meshMegabytes: 96,
+  uploadMegabytesAFrame: 4 });
 await new Promise((resolve) => setTimeout(resolve));
 view.open();
 view.attach(canvas);
