@@ -179,6 +179,27 @@ test("marks behind a hill are faint, those before it are not", async () => {
   await lookDown(page);
 });
 
+test("measure: what it tells becomes as exact as the dataset, though the picture needs less", async () => {
+  const wide = await serve(makeDataset("wide", { imagery: false, size: 2049 }));
+  const other = await newPage(browser);
+  try {
+    await openViewer(other, wide.url);
+    await other.keyboard.press("m");
+    await other.locator("#panel-measure").waitFor();
+    await clickGround(other, 0.62, 0.4);
+    await clickGround(other, 0.8, 0.5);
+    await other.waitForFunction(() => /Heights exact|Heights ± 0(\.\d+)? m|Heights ± 1(\.0+)? m/.test(document.querySelector("#panel-measure").textContent), null, { timeout: 60000 });
+    const { errors, bound } = await other.evaluate(() => ({
+      bound: window.terraneViewer.dataset.maxErrorMeters,
+      errors: window.terraneViewer.profile(window.terraneViewer.lines.get("measure").points, 200).map((point) => point.error),
+    }));
+    assert.ok(Math.max(...errors) <= bound + 0.01, `${Math.max(...errors)} against ${bound}`);
+  } finally {
+    await other.context().close();
+    await wide.stop();
+  }
+});
+
 test("profile: arrow keys move along it", async () => {
   await page.keyboard.press("p");
   await clickGround(page, 0.2, 0.8);

@@ -131,13 +131,14 @@ const kAgainMilliseconds = 500;
 
 /** Calls when the ground has become finer, so that answers about it may be better; not all the time while it does. */
 export function whenFiner(app: App, work: () => void): () => void {
-  let bytes = -1;
+  let told = "";
   let last = 0;
-  return app.viewer.on("loading", (now) => {
-    if (now.bytesReceived === bytes) return;
+  return app.viewer.on("loading", ({ phase, bytesReceived }) => {
+    // Bytes that came are ground only when they are decoded: at the latest when all has settled.
+    const state = phase === "settled" ? `${bytesReceived} settled` : `${bytesReceived}`;
     const time = performance.now();
-    if (now.phase !== "settled" && time < last + kAgainMilliseconds) return;
-    bytes = now.bytesReceived;
+    if (state === told || (phase !== "settled" && time < last + kAgainMilliseconds)) return;
+    told = state;
     last = time;
     work();
   });
