@@ -34,8 +34,9 @@ class OneTile final : public ResidentTiles {
     tile_.nodes.error.assign(static_cast<size_t>(tileNodeCount(true)), 0);
     const MeshLevel* before = nullptr;
     for (int level = 0; level <= lastLevel; ++level)
-      before = &meshes_.emplace(level, makeMeshLevel({}, tile_, level, before, MeshScale::of(Frame{}, {}), {}))
-                    .first->second;
+      before =
+          &meshes_.emplace(level, makeMeshLevel({}, tile_, level, before, MeshScale::of(Frame{}, {}), {}))
+               .first->second;
   }
 
  private:

@@ -24,10 +24,10 @@ struct PyramidTile {
   bool hasNeeds = false;                            ///< of the finest level, while that is read
   bool rough = false;                               ///< surely not what interpolation makes of its parent
   Coverage::Kind coverage = Coverage::Kind::None;
-  bool significant = true;  ///< not what interpolation makes of its parent
-  bool stored = true;       ///< false: it and all below it are what interpolation makes of its parent
-  bool measured = false;    ///< its own samples were measured (measureNodes())
-  ChildSummary nodes;       ///< all of its nodes' codes together, for its parent
+  bool significant = true;   ///< not what interpolation makes of its parent
+  bool stored = true;        ///< false: it and all below it are what interpolation makes of its parent
+  bool measured = false;     ///< its own samples were measured (measureNodes())
+  ChildSummary nodes;        ///< all of its nodes' codes together, for its parent
   uint8_t typicalError = 0;  ///< median code of its smallest nodes, those over ground
 };
 
