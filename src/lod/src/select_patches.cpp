@@ -373,7 +373,7 @@ class Selector {
     if (!morphs_ || judged.beyondCodes) return 1.0;
     if (judged.byError >= kWidestMorph) return 1.0;
     const double byTexel = morphAt(judged.byTexel, kSaturation);
-    const double start = startMeters > judged.errorMeters ? startMeters / judged.errorMeters : 1.0;
+    const double start = judged.errorMeters > 0.0 ? startMeters / judged.errorMeters : 1.0;
     if (judged.byError * start <= 1.0) return byTexel;
     return std::max(byTexel,
                     morphAt(judged.byError, errorOverChildren(d, judged.errorMeters, children), start));
