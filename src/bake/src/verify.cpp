@@ -543,6 +543,13 @@ class Verifier {
       faults_.add("heights reach from {} to {} m, the manifest says {} to {} m", low, high,
                   manifest_.minHeight, manifest_.maxHeight);
     }
+    // note: older datasets do not tell; theirs is the usual one.
+    const Frame& frame = manifest_.frame;
+    const double rough =
+        roughnessOf(pyramid_, manifest_.scale, std::max(frame.spacingXMeters(), frame.spacingYMeters()));
+    const double said = manifest_.scale.roughness;
+    if (said != ElevationScale{}.roughness && std::abs(said - rough) > 1e-9 * (1.0 + rough))
+      faults_.add("the ground's roughness is {}, the manifest says {}", rough, said);
   }
 
   const Dataset& dataset_;

@@ -206,6 +206,15 @@ TEST_F(VerifyTest, SeesAWrongSummary) {
   expectFault("summary of the child 3");
 }
 
+TEST_F(VerifyTest, SeesAWrongRoughness) {
+  auto dataset = Dataset::open(directory_);
+  ASSERT_TRUE(dataset.ok());
+  Manifest manifest = dataset->manifest();
+  manifest.scale.roughness *= 1.01;
+  write(file("manifest.json"), manifestToJson(manifest));
+  expectFault("roughness");
+}
+
 TEST_F(VerifyTest, SeesAWrongCoverage) {
   rewrite({2, 1, 1}, [](Tile& tile) {
     ASSERT_EQ(tile.samples.coverage.kind, Coverage::Kind::Partial);
