@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 
 namespace terrane {
 namespace {
 
 /// What the picture wants comes first; then this, before what it may want later.
 constexpr double kStudiedChance = 0.9;
+constexpr double kLookSeconds = 0.5;
 
 struct Segment {
   glm::dvec2 from, to;
@@ -75,17 +77,32 @@ std::vector<TileId> tilesAlong(const std::vector<std::vector<glm::dvec2>>& lines
   return done;
 }
 
-void StudiedGround::addWishes(const TileStream& stream, size_t mostTiles, bool lookAgain,
+std::vector<glm::dvec2> thinned(const std::vector<glm::dvec2>& line, double tileSide) {
+  const auto isBeside = [&](size_t a, size_t b) {
+    return b >= line.size() || glm::floor(line[a] / tileSide) != glm::floor(line[b] / tileSide);
+  };
+  std::vector<glm::dvec2> out;
+  for (size_t i = 0; i < line.size(); ++i)
+    if (i == 0 || isBeside(i, i - 1) || isBeside(i, i + 1)) out.push_back(line[i]);
+  return out;
+}
+
+void StudiedGround::addWishes(const TileStream& stream, size_t mostTiles, double nowSeconds,
                               std::vector<StreamWish>& wishes) {
   if (lines_.empty()) return;
-  if (areTilesStale_ || lookAgain) {
-    const Frame& frame = stream.manifest().frame;
-    std::vector<std::vector<glm::dvec2>> lines = lines_;
-    for (auto& line : lines)
+  const Frame& frame = stream.manifest().frame;
+  if (areTilesStale_) {
+    samples_ = lines_;
+    for (auto& line : samples_) {
       for (glm::dvec2& place : line) place = frame.sampleFromLocal(place);
+      line = thinned(line, kTileCells);
+    }
+  }
+  if (areTilesStale_ || nowSeconds >= nextLookSeconds_) {
     const auto isStored = [&](TileId id) { return stream.isStored({TileKey::kElevation, id}); };
-    tiles_ = tilesAlong(lines, frame, isStored, mostTiles);
+    tiles_ = tilesAlong(samples_, frame, isStored, mostTiles);
     areTilesStale_ = false;
+    nextLookSeconds_ = nowSeconds + kLookSeconds;
   }
   // Those that are here, too: what is wished for stays.
   for (const TileId id : tiles_)

@@ -19,14 +19,21 @@ class StudiedGround {
   }
   bool isEmpty() const { return lines_.empty(); }
   /// Wishes for the tiles along the lines, behind all that the picture wants: as fine as `mostTiles` allow.
-  /// What is stored is looked up anew with `lookAgain`, for directories arrive in parts.
-  void addWishes(const TileStream& stream, size_t mostTiles, bool lookAgain, std::vector<StreamWish>& wishes);
+  /// What is stored is looked up anew every half second, for directories arrive in parts.
+  void addWishes(const TileStream& stream, size_t mostTiles, double nowSeconds,
+                 std::vector<StreamWish>& wishes);
 
  private:
   std::vector<std::vector<glm::dvec2>> lines_;
+  std::vector<std::vector<glm::dvec2>> samples_;  ///< thinned, of lines that are not stale
   std::vector<TileId> tiles_;
   bool areTilesStale_ = false;
+  double nextLookSeconds_ = 0.0;
 };
+
+/// The places of a line that tell which tiles of a side it comes into: where it enters and leaves each of
+/// them. A track has many places in one tile.
+std::vector<glm::dvec2> thinned(const std::vector<glm::dvec2>& line, double tileSide);
 
 /// The finest tiles along lines: those of a level that are stored, and where none is, the ones above, down to
 /// the last level of which there are no more than `most`. `lines`: in samples of the finest level. At least

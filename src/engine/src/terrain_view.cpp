@@ -233,7 +233,7 @@ class TerrainView::State {
     else
       wishForSet(camera, selection, wishes);
     imagery_->addWishes(wishes);
-    studied_.addWishes(stream_, mostStudied(), nowSeconds >= nextWishSeconds_, wishes);
+    studied_.addWishes(stream_, mostStudied(), nowSeconds, wishes);
     if (options_.prefetch && options_.policy == StreamPolicy::Available) addPrefetch(wishes);
     stream_.want(wishes);
     tiles_->keepMeshesWithin(options_.meshBytes);

@@ -89,6 +89,29 @@ TEST(StudiedGround, AreAsFineAsFitsAndIsStored) {
   }
 }
 
+/// A track of many places comes into the same tiles when it is thinned.
+TEST(StudiedGround, ThinnedTracksComeIntoTheSameTiles) {
+  const Frame frame = frameOf(4);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> turn(-0.3, 0.3);
+  for (int i = 0; i < 50; ++i) {
+    std::vector<glm::dvec2> track = {{2000.0, 2000.0}};
+    double heading = i;
+    for (int step = 0; step < 3000; ++step) {
+      heading += turn(random);
+      track.push_back(track.back() + 3.0 * glm::dvec2(std::cos(heading), std::sin(heading)));
+    }
+    const std::vector<glm::dvec2> few = thinned(track, kTileCells);
+    EXPECT_LT(few.size(), track.size() / 4);
+    const auto tiles = [&](const std::vector<glm::dvec2>& line) {
+      const std::vector<TileId> found = tilesAlong(
+          {line}, frame, [](TileId) { return true; }, 100000);
+      return std::set<TileId>(found.begin(), found.end());
+    };
+    ASSERT_EQ(tiles(few), tiles(track));
+  }
+}
+
 TEST(StudiedGround, BesideTheWorldIsOnlyTheRoot) {
   const std::vector<TileId> found = tilesAlong(
       {{{-500.0, 10.0}, {-20.0, 90.0}}}, frameOf(3), [](TileId) { return true; }, 50);

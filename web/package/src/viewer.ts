@@ -615,8 +615,13 @@ class TerraneViewer implements Viewer {
   }
 
   studyGround(id: string, line: { easting: number; northing: number }[] | null): void {
-    if (line === null ? !this.studied.delete(id) : line.length === 0) return;
-    if (line !== null) this.studied.set(id, line.map(({ easting, northing }) => ({ easting, northing })));
+    if (!(line ?? []).every((place) => Number.isFinite(place.easting) && Number.isFinite(place.northing)))
+      throw new RangeError(`The line "${id}" has points that are no numbers.`);
+    if (line === null || line.length === 0) {
+      if (!this.studied.delete(id)) return;
+    } else {
+      this.studied.set(id, line.map(({ easting, northing }) => ({ easting, northing })));
+    }
     this.isStudyStale = true;
     this.wake();
   }
