@@ -1,10 +1,10 @@
-# terrane_folder(NAME SOURCES ... LINK ... PRIVATE_LINK ... TESTS ... TEST_LINK ... TEST_FIXTURES ...)
+# terrane_folder(NAME SOURCES ... LINK ... PRIVATE_LINK ... TESTS ... TEST_LINK ... TEST_FIXTURES ... SHARED_SUITES ...)
 #
 # One folder of src/: a static library `terrane_NAME` whose public headers are include/terrane/NAME,
 # and one GoogleTest program `test_NAME` from the files in test/. A folder sees only the headers of the
 # folders that it links, so an include against the flow of the data fails to compile.
 function(terrane_folder name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRIVATE_LINK;TESTS;TEST_LINK;TEST_FIXTURES" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRIVATE_LINK;TESTS;TEST_LINK;TEST_FIXTURES;SHARED_SUITES" ${ARGN})
   set(target terrane_${name})
   if(ARG_SOURCES)
     add_library(${target} STATIC ${ARG_SOURCES})
@@ -23,11 +23,29 @@ function(terrane_folder name)
     target_compile_definitions(test_${name} PRIVATE TERRANE_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
     terrane_warnings(test_${name})
     if(EMSCRIPTEN)
-      # In node, with its files.
-      target_link_options(test_${name} PRIVATE -sNODERAWFS=1 -sEXIT_RUNTIME=1 -sALLOW_MEMORY_GROWTH=1)
+      # In node, with its files. Linking is where the compiler optimises: thoroughly only what is measured or delivered.
+      target_link_options(test_${name} PRIVATE -sNODERAWFS=1 -sEXIT_RUNTIME=1 -sALLOW_MEMORY_GROWTH=1 -O1)
     endif()
-    gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${name} FIXTURES_REQUIRED "${ARG_TEST_FIXTURES}")
+    terrane_discover_tests(test_${name} LABEL ${name} FIXTURES ${ARG_TEST_FIXTURES} SHARED_SUITES ${ARG_SHARED_SUITES})
   endif()
+endfunction()
+
+# terrane_discover_tests(PROGRAM LABEL ... FIXTURES ... SHARED_SUITES ...)
+#
+# Every test of a GoogleTest program is one of CTest's, in a process of its own, but for suites whose set-up takes
+# seconds: each of those is one test as a whole.
+function(terrane_discover_tests program)
+  cmake_parse_arguments(ARG "" "LABEL" "FIXTURES;SHARED_SUITES" ${ARGN})
+  set(filter "*")
+  set(separator "-")
+  foreach(suite IN LISTS ARG_SHARED_SUITES)
+    string(APPEND filter "${separator}${suite}.*")
+    set(separator ":")
+    add_test(NAME ${suite} COMMAND ${program} --gtest_filter=${suite}.*)
+    set_tests_properties(${suite} PROPERTIES LABELS ${ARG_LABEL} FIXTURES_REQUIRED "${ARG_FIXTURES}")
+  endforeach()
+  gtest_discover_tests(${program} DISCOVERY_TIMEOUT 60 TEST_FILTER "${filter}"
+    PROPERTIES LABELS ${ARG_LABEL} FIXTURES_REQUIRED "${ARG_FIXTURES}")
 endfunction()
 
 # Warnings are errors; floats are never contracted, so that every machine computes the same heights.

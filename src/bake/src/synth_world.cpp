@@ -160,26 +160,63 @@ void fillPits(Grid& grid) {
   }
 }
 
+/// The steepest way down of every node in a row, kNoReceiver where there is none.
+void findReceivers(const Grid& grid, int row, std::vector<float>& steepest, std::vector<int32_t>& receiver) {
+  const size_t n = static_cast<size_t>(grid.n);
+  const size_t start = static_cast<size_t>(row) * n;
+  steepest.assign(n, 0.0f);
+  receiver.assign(n, kNoReceiver);
+  for (int direction = 0; direction < 8; ++direction) {
+    const auto look = [&](size_t col) {
+      const size_t node = start + col;
+      const size_t other = grid.neighbour(node, direction);
+      const float slope = (grid.height[node] - grid.height[other]) / grid.distance(node, other, direction);
+      if (slope <= steepest[col]) return;
+      steepest[col] = slope;
+      receiver[col] = direction;
+    };
+    // Columns 1 to n - 2 do not wrap around: the compiler takes several at once, and distances are what
+    // costs.
+    const size_t there = grid.neighbour(start + 1, direction);
+    const float* height = &grid.height[start + 1];
+    const float* offsetCol = &grid.offsetCol[start + 1];
+    const float* offsetRow = &grid.offsetRow[start + 1];
+    const float* otherHeight = &grid.height[there];
+    const float* otherCol = &grid.offsetCol[there];
+    const float* otherRow = &grid.offsetRow[there];
+    const float stepCol = static_cast<float>(kNeighbourCol[direction]);
+    const float stepRow = static_cast<float>(kNeighbourRow[direction]);
+    float* best = &steepest[1];
+    int32_t* way = &receiver[1];
+    for (size_t k = 0; k + 2 < n; ++k) {
+      const float dx = stepCol + otherCol[k] - offsetCol[k];
+      const float dy = stepRow + otherRow[k] - offsetRow[k];
+      const float slope = (height[k] - otherHeight[k]) / (grid.cellMeters * std::sqrt(dx * dx + dy * dy));
+      const int32_t steeper = -static_cast<int32_t>(slope > best[k]);  // all bits, or none
+      way[k] = (direction & steeper) | (way[k] & ~steeper);
+      best[k] = std::max(slope, best[k]);
+    }
+    look(0);
+    look(n - 1);
+  }
+}
+
 /// Sends every land node down its steepest slope and orders the nodes from the ridges to the sea.
 void routeFlow(Grid& grid) {
   const size_t count = grid.count();
   grid.receiver.assign(count, kNoReceiver);
   std::vector<uint8_t> donors(count, 0);
-  for (size_t i = 0; i < count; ++i) {
-    if (grid.continent[i] <= 0.0f) continue;
-    const float height = grid.height[i];
-    float best = 0.0f;
-    for (int direction = 0; direction < 8; ++direction) {
-      const size_t other = grid.neighbour(i, direction);
-      const float fall = height - grid.height[other];
-      if (fall <= 0.0f) continue;
-      const float slope = fall / grid.distance(i, other, direction);
-      if (slope > best) {
-        best = slope;
-        grid.receiver[i] = static_cast<uint8_t>(direction);
-      }
+  std::vector<float> steepest;
+  std::vector<int32_t> receiver;
+  for (int row = 0; row < grid.n; ++row) {
+    findReceivers(grid, row, steepest, receiver);
+    for (int col = 0; col < grid.n; ++col) {
+      const size_t i = static_cast<size_t>(row) * static_cast<size_t>(grid.n) + static_cast<size_t>(col);
+      const int32_t direction = receiver[static_cast<size_t>(col)];
+      if (grid.continent[i] <= 0.0f || direction == kNoReceiver) continue;
+      grid.receiver[i] = static_cast<uint8_t>(direction);
+      ++donors[grid.neighbour(i, direction)];
     }
-    if (grid.receiver[i] != kNoReceiver) ++donors[grid.neighbour(i, grid.receiver[i])];
   }
   // Walk down from every spring as far as all of a node's donors are done.
   grid.order.clear();

@@ -49,7 +49,7 @@ inline size_t downstream(const World& world, size_t node) {
                    static_cast<int>(node / kWorldCells) + kNeighbourRow[direction]);
 }
 
-/// Grows the world of a seed: about 5 s of one core, the same bits on every machine.
+/// Grows the world of a seed: about 3 s of one core, the same bits on every machine.
 World growWorld(uint64_t seed);
 
 /// As growWorld, but gives the last seed's world again while someone still holds it. From any thread.
