@@ -69,7 +69,8 @@ emscripten::val WebView::profile(const emscripten::val& corners, double count) {
 }
 
 emscripten::val WebView::lineOfSight(double fromEast, double fromNorth, double fromAboveGround, double toEast,
-                                     double toNorth, double toAboveGround, double refraction) {
+                                     double toNorth, double toAboveGround, double refraction,
+                                     double lengthMeters) {
   numbers_ = {kNothing, kNothing};
   if (!isReady()) return numbers();
   const Frame& frame = view_->manifest().frame;
@@ -83,8 +84,9 @@ emscripten::val WebView::lineOfSight(double fromEast, double fromNorth, double f
   SightLine line;
   line.fromHeight = **fromGround + fromAboveGround;
   line.toHeight = **toGround + toAboveGround;
-  line.lengthMeters = metersBetween(frame, from, to);
-  if (refraction >= 0.0 && refraction < 1.0) line.radiusMeters = sightRadiusMeters(refraction);
+  line.lengthMeters = lengthMeters >= 0.0 ? lengthMeters : metersBetween(frame, from, to);
+  if (refraction >= 0.0 && refraction < 1.0)
+    line.radiusMeters = sightRadiusMeters(refraction, ellipsoidOf(view_->manifest().crsWkt));
   const SightResult seen = lookAlong(*pieces, line);
   numbers_[0] = seen.visible ? 1.0 : 0.0;
   numbers_[1] = seen.clearanceMeters.value_or(kNothing);

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "terrane/dataset/ellipsoid.h"
 #include "terrane/engine/default_style.h"
 
 // Lets emscripten find a canvas that is in no document, or has no id. Returns the name that it goes by.
@@ -97,6 +98,7 @@ std::string WebView::datasetJson() const {
   if (!isReady()) return "null";
   const Manifest& m = view_->manifest();
   const Frame& frame = m.frame;
+  const Ellipsoid ellipsoid = ellipsoidOf(m.crsWkt);
   const double east = frame.originEasting + static_cast<double>(m.extentCols - 1) * frame.spacingX;
   const double south = frame.originNorthing - static_cast<double>(m.extentRows - 1) * frame.spacingY;
   const auto boundsOf = [](double w, double s, double e, double n) {
@@ -116,6 +118,10 @@ std::string WebView::datasetJson() const {
   return nlohmann::json{{"name", m.name},
                         {"crsName", m.crsName},
                         {"crsWkt", m.crsWkt},
+                        {"ellipsoid",
+                         {{"semiMajorMeters", ellipsoid.semiMajorMeters},
+                          {"flattening", ellipsoid.flattening},
+                          {"isEarth", ellipsoid.isEarth()}}},
                         {"attribution", m.attribution},
                         {"verticalDatum", m.verticalDatum},
                         {"bounds", boundsOf(frame.originEasting, south, east, frame.originNorthing)},

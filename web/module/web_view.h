@@ -111,7 +111,7 @@ class WebView {
   emscripten::val pick(double x, double y);
   emscripten::val profile(const emscripten::val& corners, double count);
   emscripten::val lineOfSight(double fromEast, double fromNorth, double fromAboveGround, double toEast,
-                              double toNorth, double toAboveGround, double refraction);
+                              double toNorth, double toAboveGround, double refraction, double lengthMeters);
 
   void studyGround(const emscripten::val& corners, const emscripten::val& counts);
 

@@ -8,17 +8,16 @@ namespace {
 
 /// How far the ground may stand above the line and still be called level with it: rounding, no more.
 constexpr double kToleranceMeters = 1e-6;
-constexpr double kEarthRadiusMeters = 6371008.8;
 
 }  // namespace
 
-double sightRadiusMeters(double refraction) {
-  return kEarthRadiusMeters / (1.0 - refraction);
+double sightRadiusMeters(double refraction, const Ellipsoid& ellipsoid) {
+  return ellipsoid.meanRadiusMeters() / (1.0 - refraction);
 }
 
 SightResult lookAlong(std::span<const SurfacePiece> pieces, const SightLine& line) {
   SightResult result;
-  // Between two ends the earth rises above their chord by bulge * t * (1 - t).
+  // Between two ends a round body rises above their chord by bulge * t * (1 - t).
   const double bulge =
       line.radiusMeters > 0.0 ? line.lengthMeters * line.lengthMeters / (2.0 * line.radiusMeters) : 0.0;
   for (const SurfacePiece& piece : pieces) {

@@ -17,13 +17,14 @@ Result<std::vector<ProfilePoint>> profileAlong(Surface& surface, const Frame& fr
   std::vector<ProfilePoint> out;
   size_t leg = 1;
   for (size_t i = 0; i < count; ++i) {
-    ProfilePoint point{ends.back(), corners.back(), {}, {}};
+    ProfilePoint point{ends.back(), corners.back(), corners.size() > 1 ? corners.size() - 2 : 0, {}, {}};
     if (i + 1 < count && corners.size() > 1) {
       point.distanceMeters = ends.back() * static_cast<double>(i) / static_cast<double>(count - 1);
       while (leg + 1 < corners.size() && ends[leg] < point.distanceMeters) ++leg;
       const double length = ends[leg] - ends[leg - 1];
       const double share = length > 0.0 ? (point.distanceMeters - ends[leg - 1]) / length : 0.0;
       point.sample = corners[leg - 1] + share * (corners[leg] - corners[leg - 1]);
+      point.leg = leg - 1;
     }
     TERRANE_ASSIGN(point.height, surface.heightAt(point.sample));
     TERRANE_ASSIGN(point.errorMeters, surface.errorAt(point.sample));

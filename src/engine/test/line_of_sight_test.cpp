@@ -45,8 +45,9 @@ TEST(LineOfSight, TheSeaRisesBetweenShips) {
   EXPECT_TRUE(seen.visible);
   EXPECT_NEAR(*seen.clearanceMeters, 0.01, 1e-6);
   EXPECT_TRUE(lookAlong(sea, {1.0, 1.0, length, 0.0}).visible);
-  EXPECT_EQ(sightRadiusMeters(0.0), kRadius);
-  EXPECT_NEAR(sightRadiusMeters(0.13), 7322998.6, 0.1);
+  EXPECT_NEAR(sightRadiusMeters(0.0, {}), kRadius, 0.1);
+  EXPECT_NEAR(sightRadiusMeters(0.13, {}), 7322998.6, 0.1);
+  EXPECT_EQ(sightRadiusMeters(0.0, {1737400.0, 0.0}), 1737400.0);
 }
 
 TEST(LineOfSight, AgreesWithVeryManySteps) {

@@ -4,12 +4,13 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace terrane::serve {
 
-/// Longitudes and latitudes (degrees, WGS 84) to a dataset's CRS, by PROJ. Any thread.
+/// Where a dataset's CRS lies on its body, by PROJ. Any thread.
 class Geographic {
  public:
   /// `crsWkt` is the dataset's. Made even where PROJ cannot relate the two; then nothing can be transformed.
@@ -18,6 +19,10 @@ class Geographic {
 
   /// CRS coordinates of (longitude, latitude), or nothing where the projection has none for it.
   std::optional<glm::dvec2> crsFromGeographic(glm::dvec2 degrees);
+  /// Metres on the CRS's ellipsoid from the beginning of a line, straight in the CRS between its corners, to
+  /// each of them. Nothing where PROJ cannot tell, for one of them. A microsecond or two a corner, and one
+  /// for each 20 km between.
+  std::optional<std::vector<double>> metersAlong(std::span<const glm::dvec2> cornersCrs);
   /// Can PROJ relate the two at all? Made when first asked for; a millisecond.
   bool available();
 

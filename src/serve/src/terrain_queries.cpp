@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -71,27 +72,63 @@ Result<Json> elevations(Surface& surface, const std::vector<glm::dvec2>& places)
   return heights;
 }
 
-/// `count` places along a line of straight legs, at equal distances, both ends included.
-Result<Json> profile(Surface& surface, const Frame& frame, const std::vector<glm::dvec2>& corners,
-                     size_t count) {
-  TERRANE_ASSIGN(const auto points, profileAlong(surface, frame, corners, count));
-  Json distances = Json::array(), heights = Json::array();
+/// How lengths of an answer were measured: on the ellipsoid, or where PROJ does not know it, as the
+/// projection shows them.
+const char* measuredOn(bool isEllipsoid) {
+  return isEllipsoid ? "ellipsoid" : "projection";
+}
+
+/// Metres on the ellipsoid from the beginning of a line to the places of its profile, or nothing.
+std::optional<std::vector<double>> distancesOnEllipsoid(const std::vector<ProfilePoint>& points,
+                                                        const Frame& frame,
+                                                        const std::vector<glm::dvec2>& corners,
+                                                        Geographic& geographic) {
+  // Places and the corners between them, one after the other.
+  std::vector<glm::dvec2> line;
+  std::vector<size_t> at;
+  size_t corner = 0;
   for (const ProfilePoint& point : points) {
-    distances.push_back(point.distanceMeters);
-    heights.push_back(orNull(point.height));
+    while (corner < point.leg) line.push_back(crsFromSample(frame, corners[++corner]));
+    at.push_back(line.size());
+    line.push_back(crsFromSample(frame, point.sample));
   }
-  const double length = points.empty() ? 0.0 : points.back().distanceMeters;
-  return Json{{"lengthMeters", length}, {"distancesMeters", distances}, {"heightsMeters", heights}};
+  const auto along = geographic.metersAlong(line);
+  if (!along) return std::nullopt;
+  std::vector<double> out;
+  for (const size_t i : at) out.push_back((*along)[i]);
+  return out;
+}
+
+/// `count` places along a line of straight legs, at equal distances in the projection, both ends included.
+Result<Json> profile(Surface& surface, const Frame& frame, const std::vector<glm::dvec2>& corners,
+                     size_t count, Geographic& geographic) {
+  TERRANE_ASSIGN(const auto points, profileAlong(surface, frame, corners, count));
+  const auto onEllipsoid = distancesOnEllipsoid(points, frame, corners, geographic);
+  Json distances = Json::array(), heights = Json::array();
+  for (size_t i = 0; i < points.size(); ++i) {
+    distances.push_back(onEllipsoid ? (*onEllipsoid)[i] : points[i].distanceMeters);
+    heights.push_back(orNull(points[i].height));
+  }
+  const Json length = distances.empty() ? Json(0.0) : distances.back();
+  return Json{{"measuredOn", measuredOn(onEllipsoid.has_value())},
+              {"lengthMeters", length},
+              {"distancesMeters", distances},
+              {"heightsMeters", heights}};
 }
 
 /// One line of sight. `pieces`: how many triangles the question may still cross.
 Result<QueryResult<Json>> sight(Surface& surface, const Manifest& manifest, const QueryRequest& query,
-                                glm::dvec2 from, glm::dvec2 to, size_t& piecesLeft) {
+                                glm::dvec2 from, glm::dvec2 to, size_t& piecesLeft, Geographic& geographic) {
   const Frame& frame = manifest.frame;
   TERRANE_ASSIGN(const auto fromGround, surface.heightAt(from));
   TERRANE_ASSIGN(const auto toGround, surface.heightAt(to));
-  const double length = metersBetween(frame, from, to);
-  Json out = {{"to", pair(crsFromSample(frame, to))}, {"distanceMeters", length}, {"visible", nullptr}};
+  const std::array<glm::dvec2, 2> ends{crsFromSample(frame, from), crsFromSample(frame, to)};
+  const auto onEllipsoid = geographic.metersAlong(ends);
+  const double length = onEllipsoid ? onEllipsoid->back() : metersBetween(frame, from, to);
+  Json out = {{"to", pair(ends[1])},
+              {"measuredOn", measuredOn(onEllipsoid.has_value())},
+              {"distanceMeters", length},
+              {"visible", nullptr}};
   if (!fromGround || !toGround) {
     out["reason"] = !fromGround ? "there is no ground at 'from'" : "there is no ground at this end";
     return QueryResult<Json>{out, {}};
@@ -105,7 +142,7 @@ Result<QueryResult<Json>> sight(Surface& surface, const Manifest& manifest, cons
   line.fromHeight = *fromGround + query.eyeMeters;
   line.toHeight = *toGround + query.targetMeters;
   line.lengthMeters = length;
-  line.radiusMeters = query.curvature ? sightRadiusMeters(query.refraction) : 0.0;
+  if (query.curvature) line.radiusMeters = sightRadiusMeters(query.refraction, ellipsoidOf(manifest.crsWkt));
   const SightResult result = lookAlong(*pieces, line);
   out["visible"] = result.visible;
   out["fromHeightMeters"] = line.fromHeight;
@@ -135,7 +172,8 @@ Result<QueryResult<std::string>> answerQuery(const QueryRequest& query, SurfaceT
   if (query.kind == QueryKind::Elevation) {
     TERRANE_ASSIGN(out["heightsMeters"], elevations(surface, places.samples));
   } else if (query.kind == QueryKind::Profile) {
-    TERRANE_ASSIGN(const Json found, profile(surface, manifest.frame, places.samples, query.samples));
+    TERRANE_ASSIGN(const Json found,
+                   profile(surface, manifest.frame, places.samples, query.samples, geographic));
     out.update(found);
   } else {
     const Places from = placesOf({query.from}, query.geographic, manifest.frame, geographic);
@@ -144,7 +182,8 @@ Result<QueryResult<std::string>> answerQuery(const QueryRequest& query, SurfaceT
     out["results"] = Json::array();
     size_t piecesLeft = limits.pieces;
     for (const glm::dvec2 to : places.samples) {
-      TERRANE_ASSIGN(auto found, sight(surface, manifest, query, from.samples[0], to, piecesLeft));
+      TERRANE_ASSIGN(auto found,
+                     sight(surface, manifest, query, from.samples[0], to, piecesLeft, geographic));
       if (!found.value) return Answer{{}, found.refusal};
       out["results"].push_back(std::move(*found.value));
     }

@@ -274,10 +274,16 @@ test("line of sight: seen and hidden as the server has it, with where the ground
   // Over a flat earth the line keeps clear of the ground by more.
   const [from, to] = await page.evaluate(() => window.terraneViewer.lines.get("sight/free").points);
   const clearances = await page.evaluate(
-    ([from, to]) => [{}, { refraction: 0 }, { curvature: false }].map((way) => window.terraneViewer.lineOfSight(from, to, way).clearance),
+    ([from, to]) =>
+      [{}, { refraction: 0 }, { curvature: false }, { length: 0 }, { length: 1e5 }].map(
+        (way) => window.terraneViewer.lineOfSight(from, to, way).clearance,
+      ),
     [from, { ...to, above: 30 }],
   );
   assert.ok(clearances[1] <= clearances[0] && clearances[0] < clearances[2], clearances.join());
+  // What counts is how far apart the two are on the ground.
+  assert.equal(clearances[3], clearances[2]);
+  assert.ok(clearances[4] < clearances[1] - 50, clearances.join());
   await page.getByLabel("Round earth").uncheck();
   await page.getByText("As if the earth were flat").waitFor();
   await page.keyboard.press("Escape");
@@ -464,6 +470,17 @@ test("measure: lengths and areas are those on the ground, whatever the projectio
       const area = Math.abs((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])) / 2;
       const shown = await resultOf(other, "Area");
       assert.ok(near(shown, area, 0.01 * area), `${name}: ${shown} against ${area}`);
+      // The server's library measures on the ellipsoid by other means.
+      await other.keyboard.press("v");
+      await other.locator("#panel-sight").waitFor();
+      const from = await clickGround(other, 0.62, 0.3);
+      const to = await clickGround(other, 0.88, 0.7);
+      await other.locator(".verdict").waitFor();
+      const told = await stretched.ask(`/d/${name}/line-of-sight?from=${pair(from)}&to=${pair(to)}`);
+      const { distanceMeters, measuredOn } = told.results[0];
+      assert.equal(measuredOn, "ellipsoid");
+      const distance = await resultOf(other, "Distance");
+      assert.ok(near(distance, distanceMeters, 0.003 * distanceMeters), `${name}: ${distance} against ${distanceMeters}`);
       assert.deepEqual(other.errors, []);
     } finally {
       await other.context().close();

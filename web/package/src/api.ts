@@ -85,6 +85,8 @@ export interface DatasetInfo {
   name: string;
   crsName: string;
   crsWkt: string;
+  /** The body that the CRS lies on; the earth's where it does not say. */
+  ellipsoid: { semiMajorMeters: number; flattening: number; isEarth: boolean };
   attribution: string;
   verticalDatum: string;
   bounds: Bounds;
@@ -240,12 +242,14 @@ export interface Viewer {
   /** Where a place is on the canvas, CSS pixels; null behind the camera. (Ground before it is not considered.) */
   project(place: Place): { x: number; y: number } | null;
   profile(line: { easting: number; northing: number }[], samples?: number): ProfilePoint[];
-  /** `above`: heights above the ground, 2 m. Over the earth's curvature, which a `refraction` (0.13 by day, below 1) of the air
-   * flattens; or without, as if the earth were flat. */
+  /** `above`: heights above the ground, 2 m. Over the body's curvature, which a `refraction` of the air flattens (below 1; left out,
+   * 0.13 on the earth as by day, 0 elsewhere); or without, as if it were flat. `length`: metres from place to place on the ground;
+   * left out, as the projection shows them, which far from its middle is not the same: web Mercator at 60 degrees shows twice as
+   * much, and so four times the curvature. */
   lineOfSight(
     from: { easting: number; northing: number; above?: number },
     to: { easting: number; northing: number; above?: number },
-    options?: { curvature?: boolean; refraction?: number },
+    options?: { curvature?: boolean; refraction?: number; length?: number },
   ): Sight;
 
   /** Has the ground along a line fetched as finely as it is stored, whatever the picture needs, so that `profile()`,

@@ -146,11 +146,12 @@ export interface EngineView {
   /** Heights at `count` equal distances along a line of easting and northing pairs: [distance, easting, northing, height, error]
    * each. A view into the engine's memory: copy it. */
   profile(corners: Float64Array, count: number): Float64Array;
-  /** From one point above the ground to another, over a round earth in air of this refraction (NaN: a flat one): [is seen (1 or 0), least clearance in metres, then, where the ground hides
-   * it, where it first does: easting, northing, height]. A view into the engine's memory: copy it. */
+  /** From one point above the ground to another, over a round body in air of this refraction (NaN: over a flat one), so many metres
+   * apart (NaN: as far as the projection shows): [is seen (1 or 0), least clearance in metres, then, where the ground hides it, where
+   * it first does: easting, northing, height]. A view into the engine's memory: copy it. */
   lineOfSight(
     fromEast: number, fromNorth: number, fromAboveGround: number,
-    toEast: number, toNorth: number, toAboveGround: number, refraction: number,
+    toEast: number, toNorth: number, toAboveGround: number, refraction: number, lengthMeters: number,
   ): Float64Array;
 
   /** Lines along which the ground is fetched as finely as it is stored. `corners`: easting and northing pairs of all, one after the

@@ -19,6 +19,8 @@ import { type Motion, glide } from "./motion.js";
 import makeEngine from "./terrane.mjs";
 
 const kUsualFov = 45;
+/** How much air bends light downwards by day, as a share of the earth's curvature. */
+const kUsualRefraction = 0.13;
 /** The eye stays so far above the ground, metres, when somebody moves it. */
 const kLeastClearance = 3;
 /** Nothing moves and nothing comes: looked after so often. */
@@ -602,13 +604,15 @@ class TerraneViewer implements Viewer {
   lineOfSight(
     from: { easting: number; northing: number; above?: number },
     to: { easting: number; northing: number; above?: number },
-    { curvature = true, refraction = 0.13 }: { curvature?: boolean; refraction?: number } = {},
+    options: { curvature?: boolean; refraction?: number; length?: number } = {},
   ): Sight {
-    if (!(refraction >= 0 && refraction < 1)) throw new RangeError("The refraction is a coefficient from 0 to 1: 0.13 is usual.");
     if (this.native === null || this.info === null) throw new Error("The dataset is not open yet: await viewer.ready.");
+    const { curvature = true, refraction = this.info.ellipsoid.isEarth ? kUsualRefraction : 0, length } = options;
+    if (!(refraction >= 0 && refraction < 1)) throw new RangeError("The refraction is a coefficient from 0 to 1: 0.13 is usual.");
+    if (length !== undefined && !(length >= 0 && Number.isFinite(length))) throw new RangeError("The length is a number of metres.");
     const [seen, clearance = NaN, easting, northing, height] = this.native.lineOfSight(
       from.easting, from.northing, from.above ?? 2, to.easting, to.northing, to.above ?? 2,
-      curvature ? refraction : NaN,
+      curvature ? refraction : NaN, length ?? NaN,
     );
     const isHidden = seen !== 1 && easting !== undefined && northing !== undefined && height !== undefined;
     return { visible: seen === 1, clearance, blockedAt: isHidden ? { easting, northing, height } : null };

@@ -111,11 +111,10 @@ export class GroundScale {
 /** Null where the way from the dataset's CRS to degrees is not known. */
 export function groundScaleOf(dataset: DatasetInfo, projection: Projection | null): GroundScale | null {
   if (projection === null) return null;
-  // Degrees are WGS 84's whatever ellipsoid of the earth the CRS has; other bodies are as large as they say.
-  const said = /(?:ELLIPSOID|SPHEROID)\["[^"]*",\s*([\d.]+),\s*([\d.]+)/.exec(dataset.crsWkt);
-  const [radius, inverse] = [Number(said?.[1]), Number(said?.[2])];
-  const isOther = said !== null && radius > 0 && Math.abs(radius / kEarth.radius - 1) > 0.01;
-  return new GroundScale(projection, isOther ? { radius, flattening: inverse > 0 ? 1 / inverse : 0 } : kEarth, dataset.metersPerUnit);
+  // Degrees are WGS 84's whatever ellipsoid of the earth the CRS has; other bodies are as they say.
+  const { ellipsoid, metersPerUnit } = dataset;
+  const body = ellipsoid.isEarth ? kEarth : { radius: ellipsoid.semiMajorMeters, flattening: ellipsoid.flattening };
+  return new GroundScale(projection, body, metersPerUnit);
 }
 
 function lengthOf(s: Stretch, easting: number, northing: number): number {

@@ -37,8 +37,10 @@ export const sightTool: Panel = {
         fill(results, el("p", { class: "faint" }, eye ? "Click on what should be seen." : "Click on the ground where somebody stands."));
         return;
       }
-      const sight = viewer.lineOfSight({ ...eye, above: above.eye }, { ...target, above: above.target }, { curvature: isRound });
       const distance = distanceIn(dataset, scale);
+      const whole = distance(eye, target);
+      const ends = [{ ...eye, above: above.eye }, { ...target, above: above.target }] as const;
+      const sight = viewer.lineOfSight(...ends, { curvature: isRound, length: whole });
       const blockedAt = sight.visible ? null : sight.blockedAt;
       viewer.setLine("sight/free", {
         points: [eye, blockedAt ?? target],
@@ -49,7 +51,6 @@ export const sightTool: Panel = {
         viewer.setLine("sight/blocked", { points: [blockedAt, target], color: kBlocked, widthPixels: 4 });
         overlay.setMark("sight-blocked", blockedAt, "blocked", "hidden from here on");
       }
-      const whole = distance(eye, target);
       fill(
         results,
         el(
@@ -69,7 +70,7 @@ export const sightTool: Panel = {
         el(
           "p",
           { class: "faint" },
-          `Over the ground that is here, whose heights are ± ${formatNumber(dataset.maxErrorMeters, 2)} m when all of it along the line has come. ${isRound ? "Over a round earth, in air as it bends light by day (0.13)." : "As if the earth were flat."}`,
+          `Over the ground that is here, whose heights are ± ${formatNumber(dataset.maxErrorMeters, 2)} m when all of it along the line has come. ${overWhat(isRound, dataset.ellipsoid.isEarth)}`,
         ),
       );
     };
@@ -94,7 +95,7 @@ export const sightTool: Panel = {
       });
       return el("label", { class: "row" }, el("span", {}, label), el("span", { class: "unit" }, field, " m"));
     };
-    const round = switchControl("Round earth", isRound, (on) => {
+    const round = switchControl(dataset.ellipsoid.isEarth ? "Round earth" : "Curvature", isRound, (on) => {
       isRound = on;
       show();
     });
@@ -120,3 +121,8 @@ export const sightTool: Panel = {
     };
   },
 };
+
+function overWhat(isRound: boolean, isEarth: boolean): string {
+  if (!isRound) return isEarth ? "As if the earth were flat." : "As if the ground were flat.";
+  return isEarth ? "Over a round earth, in air as it bends light by day (0.13)." : "Over a round body without air.";
+}

@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 
+#include "terrane/dataset/ellipsoid.h"
 #include "terrane/engine/surface.h"
 
 namespace terrane {
@@ -11,14 +12,14 @@ namespace terrane {
 struct SightLine {
   double fromHeight = 0.0;    ///< metres, of the eye itself
   double toHeight = 0.0;      ///< metres, of the target
-  double lengthMeters = 0.0;  ///< over the ground's plane
-  double radiusMeters = 0.0;  ///< of the earth as the line sees it; 0 for a flat one
+  double lengthMeters = 0.0;  ///< level, on the ground: what the projection shows may be longer
+  double radiusMeters = 0.0;  ///< of the body as the line sees it; 0 for a flat one
 };
 
-/// The earth's radius as a line of sight sees it, which air bends downwards: `refraction` is the usual
-/// coefficient, 0.13 by day, 0 or more and below 1. Of WGS 84 the mean radius: how the two of the ellipsoid
-/// differ does not matter here.
-double sightRadiusMeters(double refraction);
+/// A body's radius as a line of sight sees it, which air bends downwards: `refraction` is the usual
+/// coefficient, 0.13 by day on the earth, 0 where there is no air, below 1. Of the ellipsoid the mean radius:
+/// how its two differ does not matter here.
+double sightRadiusMeters(double refraction, const Ellipsoid& ellipsoid);
 
 /// What stands between.
 struct SightResult {

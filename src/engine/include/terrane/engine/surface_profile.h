@@ -14,6 +14,7 @@ namespace terrane {
 struct ProfilePoint {
   double distanceMeters = 0.0;  ///< along the line, over the ground's plane
   glm::dvec2 sample{0.0};       ///< sample coordinates
+  size_t leg = 0;               ///< of the line: between corners `leg` and `leg + 1`
   std::optional<double> height;
   std::optional<double> errorMeters;
 };
