@@ -95,6 +95,7 @@ std::optional<std::vector<double>> distancesOnEllipsoid(const std::vector<Profil
   const auto along = geographic.metersAlong(line);
   if (!along) return std::nullopt;
   std::vector<double> out;
+  out.reserve(at.size());
   for (const size_t i : at) out.push_back((*along)[i]);
   return out;
 }
