@@ -470,6 +470,21 @@ test("measure: lengths and areas are those on the ground, whatever the projectio
       const area = Math.abs((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])) / 2;
       const shown = await resultOf(other, "Area");
       assert.ok(near(shown, area, 0.01 * area), `${name}: ${shown} against ${area}`);
+      // The bar in the corner, which lies across the middle of the picture.
+      await other.waitForTimeout(3500);
+      const bar = await other.evaluate(() => {
+        const element = document.querySelector(".scale-bar");
+        const { clientWidth: width, clientHeight: height } = window.terraneViewer.canvas;
+        const half = element.getBoundingClientRect().width / 2;
+        const [left, right] = [-half, half].map((x) => window.terraneViewer.pick(width / 2 + x, height / 2));
+        return { label: element.textContent, left, right };
+      });
+      const [number, unit] = bar.label.split(/\s/);
+      const barDegrees = transform(`EPSG:${crs}`, "EPSG:4326", [bar.left, bar.right].map(({ easting, northing }) => [easting, northing]));
+      const [left, right] = transform("EPSG:4326", around, barDegrees);
+      const barMeters = Math.hypot(right[0] - left[0], right[1] - left[1]);
+      const saidMeters = Number(number) * (unit === "km" ? 1000 : 1);
+      assert.ok(near(saidMeters, barMeters, 0.03 * barMeters), `${name}: a bar of ${bar.label} is ${barMeters} m long`);
       // The server's library measures on the ellipsoid by other means.
       await other.keyboard.press("v");
       await other.locator("#panel-sight").waitFor();

@@ -72,7 +72,7 @@ export function makeShell(viewer: Viewer, dataset: DatasetInfo, messages: Messag
     el("header", { class: "title" }, el("h1", {}, dataset.name), el("span", { class: "faint" }, dataset.crsName)),
     app.panels.element,
     navigation.element,
-    el("footer", { class: "foot" }, makeReadout(app), makeScaleBar(viewer), el("div", { class: "credits faint" }, credits.join(" · "))),
+    el("footer", { class: "foot" }, makeReadout(app), makeScaleBar(app), el("div", { class: "credits faint" }, credits.join(" · "))),
     flyHint,
     help.element,
     listenToDrops(take),

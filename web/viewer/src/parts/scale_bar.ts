@@ -1,12 +1,19 @@
-import type { Viewer } from "terrane";
+import type { App } from "../app.js";
 import { pivotOf, worldOf } from "../camera.js";
+import type { GroundScale } from "../geo/ground_scale.js";
 import { el, oncePerFrame } from "./dom.js";
 import { formatNumber } from "./format.js";
 
 const kLongest = 120;
+/** What knows projections is fetched when the page has had time for what matters more. */
+const kLaterMilliseconds = 3000;
+/** How the projection stretches the ground is looked at over so many of its units. */
+const kSpan = 100;
 
 /** How long a bar on the screen is on the ground in the middle of the picture, across the line of sight. */
-export function makeScaleBar(viewer: Viewer): HTMLElement {
+export function makeScaleBar(app: App): HTMLElement {
+  const { viewer } = app;
+  let scale: GroundScale | null = null;
   const label = el("span", { class: "number" });
   const bar = el("div", { class: "scale-bar", hidden: true, title: "In the middle of the picture, across the line of sight" }, label);
   const show = oncePerFrame(() => {
@@ -21,7 +28,12 @@ export function makeScaleBar(viewer: Viewer): HTMLElement {
     const depth =
       ((pivot.easting - view.easting) * Math.sin(heading) + (pivot.northing - view.northing) * Math.cos(heading)) * metersPerUnit * toward +
       (pivot.height - view.height) * exaggeration * Math.sin((view.pitch * Math.PI) / 180);
-    const metersPerPixel = (2 * depth * Math.tan((view.fov * Math.PI) / 360)) / Math.max(1, viewer.canvas.clientHeight);
+    const across = {
+      easting: pivot.easting + kSpan * Math.cos(heading),
+      northing: pivot.northing - kSpan * Math.sin(heading),
+    };
+    const stretch = scale ? scale.distance(pivot, across) / (kSpan * metersPerUnit) : 1;
+    const metersPerPixel = (stretch * 2 * depth * Math.tan((view.fov * Math.PI) / 360)) / Math.max(1, viewer.canvas.clientHeight);
     const most = metersPerPixel * kLongest;
     if (!(most > 0) || !Number.isFinite(most)) {
       bar.hidden = true;
@@ -33,6 +45,12 @@ export function makeScaleBar(viewer: Viewer): HTMLElement {
     label.textContent =
       length >= 1000 ? `${formatNumber(length / 1000)} km` : length >= 1 ? `${formatNumber(length)} m` : `${formatNumber(length * 100)} cm`;
   });
+  setTimeout(() => {
+    void app.groundScale().then((found) => {
+      scale = found;
+      show();
+    });
+  }, kLaterMilliseconds);
   viewer.on("view", show);
   viewer.on("frame", show);
   addEventListener("resize", show);
