@@ -442,7 +442,7 @@ test("files: GeoJSON in WGS 84, in the dataset's CRS by its member or by its num
 });
 
 test("measure: lengths and areas are those on the ground, whatever the projection makes of them", async () => {
-  // Web Mercator shows them half as long again here, Lambert's conic a little shorter.
+  // Web Mercator shows them twice as long here, Lambert's conic a little shorter.
   for (const [name, crs] of [["mercator", 3857], ["lambert", 3034]]) {
     const stretched = await serve(makeDataset(name, { crs }));
     const other = await newPage(browser);
@@ -463,7 +463,7 @@ test("measure: lengths and areas are those on the ground, whatever the projectio
       const flat = Math.hypot(b[0] - a[0], b[1] - a[1]) + Math.hypot(c[0] - b[0], c[1] - b[1]);
       const onMap = Math.hypot(corners[1].easting - corners[0].easting, corners[1].northing - corners[0].northing) +
         Math.hypot(corners[2].easting - corners[1].easting, corners[2].northing - corners[1].northing);
-      if (crs === 3857) assert.ok(onMap > 1.2 * flat, `${onMap} against ${flat}`);
+      if (crs === 3857) assert.ok(onMap > 1.9 * flat, `${onMap} against ${flat}`);
       const straight = await resultOf(other, "Straight");
       assert.ok(straight > 0.995 * flat && straight < 1.05 * flat, `${name}: ${straight} against ${flat}`);
       assert.ok(near(await resultOf(other, "On the map"), onMap, 0.004 * onMap));

@@ -105,7 +105,7 @@ export interface DatasetInfo {
 
 /** A point along a profile. */
 export interface ProfilePoint extends Place {
-  /** Metres along the line. */
+  /** Metres along the line, as the projection shows them. */
   distance: number;
   /** Bound of the height's error, metres: more where finer ground has not come. */
   error: number;
