@@ -5,6 +5,7 @@
 #include "commands.h"
 #include "common.h"
 #include "imagery_options.h"
+#include "source_options.h"
 #include "terrane/bake/source.h"
 #include "terrane/base/format_number.h"
 
@@ -60,18 +61,6 @@ struct Options {
   std::string memory;
   bool append = false;
 };
-
-/// The options that shape the result, as on the command line; inputs stand in the manifest by name.
-std::string describe(const SourceOptions& source) {
-  std::string text;
-  const auto add = [&](const std::string& option) { text += (text.empty() ? "" : " ") + option; };
-  if (!source.crs.empty()) add(fmt::format("--crs '{}'", source.crs));
-  if (!source.sourceCrs.empty()) add(fmt::format("--source-crs '{}'", source.sourceCrs));
-  if (source.noData) add(fmt::format("--nodata {}", *source.noData));
-  if (source.lossless) add("--lossless");
-  if (source.maxErrorMeters) add(fmt::format("--max-error {}", *source.maxErrorMeters));
-  return text;
-}
 
 void say(const BuildReport& report, const Options& options) {
   if (options.output.json) {
@@ -129,7 +118,7 @@ int runBuild(Options options) {
     return kExitUsage;
   }
   options.build.imagery = std::move(imagery).value();
-  options.build.optionsText = describe(options.source);
+  options.build.optionsText = describeSource(options.source);
   if (const std::string text = describeImagery(options.imagery); !text.empty())
     options.build.optionsText += (options.build.optionsText.empty() ? "" : " ") + text;
   options.build.cancel = &interruptFlag();
@@ -157,27 +146,16 @@ void addBuildCommand(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<Options>();
   SourceOptions& source = options->source;
   BuildOptions& build = options->build;
-  command->add_option("INPUT", source.inputs, "Rasters that GDAL opens, folders, globs, or @list files")
-      ->required();
+  command->add_option("INPUT", source.inputs, kInputArgument)->required();
   command->add_option("-o,--output", build.output, "The dataset to make, NAME.terrane")->required();
   CLI::Option* overwrite =
       command->add_flag("--overwrite", build.overwrite, "Replace a dataset that stands there");
   CLI::Option* append = command->add_flag(
       "--append", options->append, "Lay the inputs over the dataset that stands there, on its samples");
   append->excludes(overwrite);
-  CLI::Option* crs = command->add_option(
-      "--crs", source.crs, "CRS of the dataset, projected (default: the inputs', or a UTM zone)");
-  command->add_option("--source-crs", source.sourceCrs, "CRS of inputs without one or with a wrong one");
-  command->add_option("--nodata", source.noData,
-                      "The value that stands for no data (default: what the files say)");
-  CLI::Option* lossless = command->add_flag("--lossless", source.lossless,
-                                            "Keep every height exactly (the default for integer inputs)");
-  CLI::Option* maxError =
-      command
-          ->add_option("--max-error", source.maxErrorMeters,
-                       "Largest error of a height in metres (default for others: spacing / 200)")
-          ->excludes(lossless);
-  for (CLI::Option* option : {crs, lossless, maxError}) append->excludes(option);
+  addSourceOptions(*command, source);
+  for (const char* option : {"--crs", "--lossless", "--max-error"})
+    append->excludes(command->get_option(option));
   command->add_option("--attribution", build.attribution,
                       "Whose data it is, for the manifest and for viewers");
   addImageryOptions(*command, options->imagery);

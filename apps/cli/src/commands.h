@@ -22,5 +22,6 @@ void addRenderCommand(CLI::App& app, CommandContext& context);
 void addServeCommand(CLI::App& app, CommandContext& context);
 void addSynthCommand(CLI::App& app, CommandContext& context);
 void addVerifyCommand(CLI::App& app, CommandContext& context);
+void addViewCommand(CLI::App& app, CommandContext& context);
 
 }  // namespace terrane::cli

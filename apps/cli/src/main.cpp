@@ -10,6 +10,7 @@ constexpr const char* kDescription =
     "Terrane builds terrain datasets from elevation rasters, and draws them with a known error in pixels.";
 constexpr const char* kExamples =
     "Examples:\n"
+    "  terrane view *.tif                        look at rasters in the browser, now\n"
     "  terrane build dem.tif -o alps.terrane     make a dataset from a GeoTIFF\n"
     "  terrane info alps.terrane                 say what is in it\n"
     "  terrane render alps.terrane -o alps.png   draw it\n"
@@ -34,6 +35,7 @@ int main(int argc, char** argv) {
 
   // The subcommands, in the order of --help.
   CommandContext context;
+  addViewCommand(app, context);
   addBuildCommand(app, context);
   addInfoCommand(app, context);
   addRenderCommand(app, context);

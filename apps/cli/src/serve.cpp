@@ -1,13 +1,10 @@
 #include <fmt/format.h>
-#include <pthread.h>
 
-#include <csignal>
 #include <cstdio>
-#include <filesystem>
-#include <system_error>
 
 #include "commands.h"
 #include "common.h"
+#include "serving.h"
 #include "terrane/serve/access_log.h"
 #include "terrane/serve/http_server.h"
 #include "terrane/serve/site.h"
@@ -25,20 +22,6 @@ constexpr const char* kExamples =
     "\n"
     "docs/serving.md lists every URL. SIGTERM or Ctrl-C lets what runs finish; a second one ends at once.";
 
-namespace fs = std::filesystem;
-
-/// The viewer that lies beside this program: where it was installed, or where it was built. Empty: none.
-std::string findViewer() {
-  std::error_code trouble;
-  const fs::path program = fs::read_symlink("/proc/self/exe", trouble);
-  if (trouble) return {};
-  const fs::path folder = program.parent_path();
-  for (const fs::path& candidate : {folder / "../share/terrane/viewer", folder / "../../viewer"})
-    if (fs::is_regular_file(candidate / "index.html", trouble))
-      return fs::canonical(candidate, trouble).string();
-  return {};
-}
-
 struct Options {
   bool noViewer = false;
   serve::SiteOptions site;
@@ -48,15 +31,6 @@ struct Options {
   double graceSeconds = 10.0;
   bool quiet = false;
 };
-
-/// SIGINT and SIGTERM, which are waited for and not handled.
-sigset_t stopSignals() {
-  sigset_t set;
-  sigemptyset(&set);
-  sigaddset(&set, SIGINT);
-  sigaddset(&set, SIGTERM);
-  return set;
-}
 
 int runServe(Options options) {
   OutputOptions output;
@@ -68,12 +42,9 @@ int runServe(Options options) {
   const bool isBeside = !options.noViewer && options.site.viewerFolder.empty();
   if (isBeside) options.site.viewerFolder = findViewer();
   if (isBeside && options.site.viewerFolder.empty() && !options.quiet)
-    std::fprintf(stderr, "terrane: there is no viewer beside this program; ./dev build web makes it\n");
+    std::fprintf(stderr, "terrane: %s\n", kNoViewer);
 
-  // Threads inherit what is blocked here, so that the signals come to sigwait alone.
-  const sigset_t signals = stopSignals();
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-
+  const StopSignals signals;
   serve::Metrics metrics;
   const auto site = serve::Site::open(options.site, metrics);
   if (!site.ok()) return fail(site.error(), output);
@@ -95,12 +66,7 @@ int runServe(Options options) {
   std::printf("%s\n", (*server)->url().c_str());
   std::fflush(stdout);
 
-  int signal = 0;
-  sigwait(&signals, &signal);
-  // A second signal ends the program as it always does.
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
-  pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+  signals.wait();
   if (!options.quiet) std::fprintf(stderr, "terrane: stopping\n");
   (*server)->stop(options.graceSeconds);
   return kExitOk;
