@@ -31,6 +31,7 @@ struct CellHeights {
 enum class CellGround : uint8_t {
   Corners,   ///< those whose four corners are: right where no finer tile is stored
   Coverage,  ///< those that are drawn: mostly ground, as far as finer tiles know
+  Any,       ///< all: where there is none, what the void was filled with
 };
 
 /// The heights of cell (col, row), or nothing where it is not ground.

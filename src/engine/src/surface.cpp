@@ -120,7 +120,7 @@ Status Surface::goTo(int64_t col, int64_t row) {
     Level& here = path_.back();
     const int quadrant = next.quadrant();
     if (here.tile->children[static_cast<size_t>(quadrant)].state != ChildState::Present) break;
-    isUnfinished_ = (here.absent >> quadrant & 1) != 0;
+    isUnfinished_ = here.id.level >= finestLevel_ || (here.absent >> quadrant & 1) != 0;
     if (isUnfinished_) break;
     TERRANE_ASSIGN(auto tile, source_.get(next, here.tile.get()));
     isUnfinished_ = tile == nullptr;
@@ -152,6 +152,12 @@ Result<std::optional<double>> Surface::heightAt(glm::dvec2 sample) {
   TERRANE_ASSIGN(const bool isInside, goTo(sample));
   if (!isInside) return std::optional<double>{};
   return heightInTile(path_.back().tile->samples, placeInTile(sample), groundOf(isUnfinished_));
+}
+
+Result<std::optional<double>> Surface::filledHeightAt(glm::dvec2 sample) {
+  TERRANE_ASSIGN(const bool isInside, goTo(sample));
+  if (!isInside) return std::optional<double>{};
+  return heightInTile(path_.back().tile->samples, placeInTile(sample), CellGround::Any);
 }
 
 Result<std::optional<double>> Surface::errorAt(glm::dvec2 sample) {

@@ -17,10 +17,10 @@ struct CloseFile {
 };
 
 /// Writes and closes; an empty string, or what went wrong.
-std::string writeTo(const std::string& path, png_image& image, const void* pixels, int rowBytes) {
+std::string writeTo(const std::string& path, std::span<const uint8_t> bytes) {
   std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "wb"));
   if (!file) return std::strerror(errno);
-  if (png_image_write_to_stdio(&image, file.get(), 0, pixels, rowBytes, nullptr) == 0) return image.message;
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return std::strerror(errno);
   if (std::fflush(file.get()) != 0) return std::strerror(errno);
   if (std::fclose(file.release()) != 0) return std::strerror(errno);
   return {};
@@ -28,7 +28,7 @@ std::string writeTo(const std::string& path, png_image& image, const void* pixel
 
 }  // namespace
 
-Status writePng(const std::string& path, int width, int height, std::span<const uint8_t> rgba) {
+std::vector<uint8_t> encodePng(int width, int height, std::span<const uint8_t> rgba) {
   const size_t pixelCount = static_cast<size_t>(width) * static_cast<size_t>(height);
   TERRANE_CHECK(width > 0 && height > 0 && rgba.size() == 4 * pixelCount, "{} x {} pixels, {} bytes", width,
                 height, rgba.size());
@@ -45,11 +45,20 @@ Status writePng(const std::string& path, int width, int height, std::span<const 
   image.width = static_cast<png_uint_32>(width);
   image.height = static_cast<png_uint_32>(height);
   image.format = opaque ? PNG_FORMAT_RGB : PNG_FORMAT_RGBA;
+  const void* pixels = opaque ? rgb.data() : rgba.data();
+  std::vector<uint8_t> out(PNG_IMAGE_PNG_SIZE_MAX(image));
+  png_alloc_size_t size = out.size();
+  const int isWritten =
+      png_image_write_to_memory(&image, out.data(), &size, 0, pixels, width * (opaque ? 3 : 4), nullptr);
+  TERRANE_CHECK(isWritten != 0, "{}", std::string(image.message));
+  out.resize(size);
+  return out;
+}
 
+Status writePng(const std::string& path, int width, int height, std::span<const uint8_t> rgba) {
   // Written aside, then renamed: a picture is whole or not there.
   const std::string aside = path + ".part";
-  const void* pixels = opaque ? rgb.data() : rgba.data();
-  std::string problem = writeTo(aside, image, pixels, width * (opaque ? 3 : 4));
+  std::string problem = writeTo(aside, encodePng(width, height, rgba));
   if (problem.empty() && std::rename(aside.c_str(), path.c_str()) != 0) problem = std::strerror(errno);
   if (problem.empty()) return {};
   std::remove(aside.c_str());

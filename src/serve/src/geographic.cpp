@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace terrane::serve {
 namespace {
@@ -91,17 +92,30 @@ void Geographic::giveBack(std::unique_ptr<Transform> transform) {
   idle_.push_back(std::move(transform));
 }
 
-std::optional<glm::dvec2> Geographic::crsFromGeographic(glm::dvec2 degrees) {
+std::vector<glm::dvec2> Geographic::transformed(std::span<const glm::dvec2> places, bool toGeographic) {
   auto transform = take();
-  std::optional<glm::dvec2> out;
-  if (transform->transform != nullptr) {
+  PJ* const way = transform->transform;
+  std::vector<glm::dvec2> out(places.size(), glm::dvec2(std::numeric_limits<double>::quiet_NaN()));
+  for (size_t i = 0; i < places.size() && way != nullptr; ++i) {
     const PJ_COORD result =
-        proj_trans(transform->transform, PJ_FWD, proj_coord(degrees.x, degrees.y, 0.0, HUGE_VAL));
-    if (std::isfinite(result.xy.x) && std::isfinite(result.xy.y)) out = glm::dvec2(result.xy.x, result.xy.y);
-    proj_errno_reset(transform->transform);
+        proj_trans(way, toGeographic ? PJ_INV : PJ_FWD, proj_coord(places[i].x, places[i].y, 0.0, HUGE_VAL));
+    if (std::isfinite(result.xy.x) && std::isfinite(result.xy.y)) out[i] = {result.xy.x, result.xy.y};
+    proj_errno_reset(way);
   }
   giveBack(std::move(transform));
   return out;
+}
+
+std::vector<glm::dvec2> Geographic::crsFromGeographic(std::span<const glm::dvec2> degrees) {
+  return transformed(degrees, false);
+}
+std::vector<glm::dvec2> Geographic::geographicFromCrs(std::span<const glm::dvec2> crs) {
+  return transformed(crs, true);
+}
+
+std::optional<glm::dvec2> Geographic::crsFromGeographic(glm::dvec2 degrees) {
+  const glm::dvec2 out = crsFromGeographic(std::span(&degrees, 1)).front();
+  return std::isnan(out.x) ? std::nullopt : std::optional(out);
 }
 
 std::optional<std::vector<double>> Geographic::metersAlong(std::span<const glm::dvec2> cornersCrs) {

@@ -19,6 +19,9 @@ class Geographic {
 
   /// CRS coordinates of (longitude, latitude), or nothing where the projection has none for it.
   std::optional<glm::dvec2> crsFromGeographic(glm::dvec2 degrees);
+  /// The same of many places, and the other way; not a number where there is none. A microsecond each.
+  std::vector<glm::dvec2> crsFromGeographic(std::span<const glm::dvec2> degrees);
+  std::vector<glm::dvec2> geographicFromCrs(std::span<const glm::dvec2> crs);
   /// Metres on the CRS's ellipsoid from the beginning of a line, straight in the CRS between its corners, to
   /// each of them. Nothing where PROJ cannot tell, for one of them. A microsecond or two a corner, and one
   /// for each 20 km between.
@@ -30,6 +33,7 @@ class Geographic {
   struct Transform;
   std::unique_ptr<Transform> take();
   void giveBack(std::unique_ptr<Transform> transform);
+  std::vector<glm::dvec2> transformed(std::span<const glm::dvec2> places, bool toGeographic);
 
   std::string crsWkt_;
   std::mutex mutex_;

@@ -12,7 +12,8 @@ ServedFile::~ServedFile() {
 
 std::string_view routeName(Route route) {
   static constexpr std::array<std::string_view, kRouteCount> kNames = {
-      "page", "list", "manifest", "archive", "tile", "query", "health", "metrics", "preflight", "refused"};
+      "page",  "list",   "manifest", "archive",   "tile",   "xyz",
+      "query", "health", "metrics",  "preflight", "refused"};
   return kNames[static_cast<size_t>(route)];
 }
 

@@ -143,6 +143,8 @@ HttpRequest RequestParser::request() const {
   out.acceptEncoding = view(message[http::field::accept_encoding]);
   out.contentType = view(message[http::field::content_type]);
   out.origin = view(message[http::field::origin]);
+  out.host = view(message[http::field::host]);
+  out.forwardedProto = view(message["X-Forwarded-Proto"]);
   return out;
 }
 

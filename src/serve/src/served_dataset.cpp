@@ -13,6 +13,9 @@
 namespace terrane::serve {
 namespace {
 
+/// Decoded pictures that are kept, 256 KiB each.
+constexpr size_t kPicturesInMemory = 64;
+
 Result<std::string> readManifestText(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
@@ -98,7 +101,9 @@ Result<std::unique_ptr<ServedDataset>> openServedDataset(const std::string& dire
 
   served->manifestText = makeTextEntity(std::move(text), served->hash.substr(0, 32), "application/json");
   served->tiles = std::make_unique<SurfaceTiles>(*served->dataset, cacheBytes);
+  served->pictures = std::make_unique<PictureTiles>(*served->dataset, kPicturesInMemory);
   served->geographic = std::make_unique<Geographic>(manifest.crsWkt);
+  served->xyzExtent = xyzExtentOf(manifest, *served->geographic);
   return served;
 }
 

@@ -7,10 +7,12 @@
 
 #include "entity.h"
 #include "geographic.h"
+#include "picture_tiles.h"
 #include "terrane/base/result.h"
 #include "terrane/dataset/dataset.h"
 #include "terrane/dataset/pmtiles.h"
 #include "terrane/engine/surface.h"
+#include "xyz_places.h"
 
 namespace terrane::serve {
 
@@ -36,7 +38,9 @@ struct ServedDataset {
   std::unique_ptr<Dataset> dataset;
   std::vector<ServedArchive> archives;
   std::unique_ptr<SurfaceTiles> tiles;
+  std::unique_ptr<PictureTiles> pictures;
   std::unique_ptr<Geographic> geographic;
+  std::optional<XyzExtent> xyzExtent;  ///< nothing: its CRS cannot be laid out on a web map
 
   const ServedArchive* findFile(std::string_view fileName) const;
   /// The layer "elevation" or an imagery layer.

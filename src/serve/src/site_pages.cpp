@@ -9,18 +9,6 @@
 namespace terrane::serve {
 namespace {
 
-/// A name as a segment of a URL.
-std::string escapeSegment(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '-' || c == '_' || c == '.' || c == '~';
-    out += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
-  }
-  return out;
-}
-
 std::string escapeHtml(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -39,6 +27,17 @@ std::string escapeHtml(std::string_view text) {
 }
 
 }  // namespace
+
+std::string escapeSegment(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '-' || c == '_' || c == '.' || c == '~';
+    out += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
+  }
+  return out;
+}
 
 std::string datasetsJson(const std::vector<std::unique_ptr<ServedDataset>>& datasets) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();

@@ -1,18 +1,26 @@
 #include "terrane/serve/site.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <png.h>
 #include <unistd.h>
 #include <zlib.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 
+#include "geographic.h"
 #include "terrane/bake/build.h"
 #include "terrane/bake/source.h"
 #include "terrane/bake/synth.h"
+#include "terrane/codec/imagery_codec.h"
+#include "terrane/dataset/dataset.h"
 #include "terrane/engine/elevation_query.h"
+#include "web_mercator.h"
 
 namespace terrane::serve {
 namespace {
@@ -92,6 +100,20 @@ class SiteTest : public ::testing::Test {
   }
   static Json json(const HttpResponse& response) { return Json::parse(bodyOf(response), nullptr, false); }
 
+  /// Red, green and blue of the made-up country's picture at a place of its CRS.
+  static std::array<double, 3> colorAt(glm::dvec2 crs) {
+    const Dataset dataset = std::move(*Dataset::open((*folder_ / "made.terrane").string()));
+    const Manifest& manifest = dataset.manifest();
+    const glm::dvec2 texel =
+        manifest.frame.sampleFromLocal(glm::dvec2(manifest.frame.localFromCrs({crs, 0.0}))) *
+        std::ldexp(1.0, manifest.imagery[0].finestLevel - manifest.frame.finestLevel);
+    const auto col = static_cast<int32_t>(texel.x), row = static_cast<int32_t>(texel.y);
+    const auto payload = dataset.readImagery(0, {manifest.imagery[0].finestLevel, col / 256, row / 256});
+    const auto tile = decodeImagery(**payload);
+    const uint8_t* rgba = tile->rgba.data() + 4 * (row % 256 * 256 + col % 256);
+    return {static_cast<double>(rgba[0]), static_cast<double>(rgba[1]), static_cast<double>(rgba[2])};
+  }
+
   static fs::path* folder_;
   static Metrics* metrics_;
   static Site* site_;
@@ -115,6 +137,131 @@ TEST_F(SiteTest, ListsWhatIsServed) {
   EXPECT_NE(field(page, "Content-Security-Policy"), "");
   EXPECT_EQ(bodyOf(get("/healthz")), "ok\n");
   EXPECT_NE(bodyOf(get("/metrics")).find("terrane_tile_cache_bytes{dataset=\"made\"}"), std::string::npos);
+}
+
+/// The pixels of a PNG, three bytes each.
+std::vector<uint8_t> pixelsOf(const std::string& png) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  if (png_image_begin_read_from_memory(&image, png.data(), png.size()) == 0 || image.width != 256 ||
+      image.height != 256)
+    return {};
+  image.format = PNG_FORMAT_RGB;
+  std::vector<uint8_t> out(PNG_IMAGE_SIZE(image));
+  if (png_image_finish_read(&image, nullptr, out.data(), 0, nullptr) == 0) return {};
+  return out;
+}
+
+TEST_F(SiteTest, WebMapsGetTheHeightsThatQuestionsGet) {
+  HttpRequest client;
+  client.host = "terrain.example.org:8443";
+  client.forwardedProto = "https";
+  for (const std::string kind : {"terrarium", "terrain-rgb"}) {
+    const HttpResponse described = get("/d/made/xyz/" + kind + ".json", client);
+    ASSERT_EQ(described.status, 200);
+    const Json tiles = json(described);
+    const std::string url = tiles["tiles"][0];
+    const std::string base = "https://terrain.example.org:8443" + *base_ + "xyz/" + kind + "/";
+    ASSERT_EQ(url, base + "{z}/{x}/{y}.png");
+    EXPECT_EQ(tiles["encoding"], kind == "terrarium" ? "terrarium" : "mapbox");
+    EXPECT_EQ(tiles["attribution"], "somebody & <others>");
+    const double west = tiles["bounds"][0], south = tiles["bounds"][1], east = tiles["bounds"][2],
+                 north = tiles["bounds"][3];
+    const int z = tiles["maxzoom"];
+    const glm::dvec2 place =
+        mercatorFromDegrees({0.5 * (west + east), 0.5 * (south + north)}) * std::ldexp(1.0, z);
+    const int x = static_cast<int>(place.x), y = static_cast<int>(place.y);
+    const std::string path = *base_ + "xyz/" + kind + fmt::format("/{}/{}/{}.png", z, x, y);
+    const HttpResponse tile = get(path);
+    ASSERT_EQ(tile.status, 200);
+    EXPECT_EQ(field(tile, "Content-Type"), "image/png");
+    EXPECT_NE(field(tile, "Cache-Control").find("immutable"), std::string::npos);
+    const std::vector<uint8_t> pixels = pixelsOf(bodyOf(tile));
+    ASSERT_EQ(pixels.size(), 256U * 256U * 3U);
+
+    Json points = Json::array();
+    for (int row = 3; row < 256; row += 25) {
+      for (int col = 3; col < 256; col += 25) {
+        const glm::dvec2 degrees = degreesFromMercator(
+            (glm::dvec2(x, y) + glm::dvec2(col + 0.5, row + 0.5) / 256.0) / std::ldexp(1.0, z));
+        points.push_back({degrees.x, degrees.y});
+      }
+    }
+    const Json heights = json(
+        post("/d/made/elevation", Json{{"points", points}, {"crs", "EPSG:4326"}}.dump()))["heightsMeters"];
+    size_t i = 0;
+    for (int row = 3; row < 256; row += 25) {
+      for (int col = 3; col < 256; col += 25, ++i) {
+        const uint8_t* rgb = pixels.data() + 3 * (row * 256 + col);
+        const double height = kind == "terrarium" ? rgb[0] * 256.0 + rgb[1] + rgb[2] / 256.0 - 32768.0
+                                                  : -10000.0 + 0.1 * (rgb[0] * 65536 + rgb[1] * 256 + rgb[2]);
+        // A place may be off by a twentieth of a pixel, and ground rises as steeply as it falls.
+        if (heights[i].is_number()) {
+          EXPECT_NEAR(height, heights[i].get<double>(), 0.6) << kind;
+        }
+      }
+    }
+
+    // The same again is not made again, and under the name alone it is to be asked for again.
+    HttpRequest again;
+    const std::string etag = field(tile, "ETag");
+    again.ifNoneMatch = etag;
+    EXPECT_EQ(get(path, again).status, 304);
+    const HttpResponse unversioned = get("/d/made/xyz/" + kind + fmt::format("/{}/{}/{}.png", z, x, y));
+    EXPECT_EQ(bodyOf(unversioned), bodyOf(tile));
+    EXPECT_EQ(field(unversioned, "Cache-Control"), "no-cache");
+    // From far away it is small, and from farther it is between the pixels.
+    EXPECT_EQ(get(fmt::format("/d/made/xyz/{}/{}/{}/{}.png", kind, z - 6, x >> 6, y >> 6)).status, 200);
+    EXPECT_EQ(get("/d/made/xyz/" + kind + "/0/0/0.png").status, 404);
+  }
+}
+
+TEST_F(SiteTest, WebMapsGetThePictures) {
+  const Json tiles = json(get("/d/made/xyz/imagery/imagery.json"));
+  // note: no client named this server, so its address is a path.
+  EXPECT_EQ(tiles["tiles"][0], *base_ + "xyz/imagery/imagery/{z}/{x}/{y}.webp");
+  EXPECT_FALSE(tiles.contains("encoding"));
+  const double west = tiles["bounds"][0], south = tiles["bounds"][1], east = tiles["bounds"][2],
+               north = tiles["bounds"][3];
+  const int z = tiles["maxzoom"];
+  const glm::dvec2 place =
+      mercatorFromDegrees({0.5 * (west + east), 0.5 * (south + north)}) * std::ldexp(1.0, z);
+  const std::string name = fmt::format("/d/made/xyz/imagery/imagery/{}/{}/{}", z, static_cast<int>(place.x),
+                                       static_cast<int>(place.y));
+  const HttpResponse webp = get(name + ".webp"), png = get(name + ".png");
+  ASSERT_EQ(webp.status, 200);
+  EXPECT_EQ(field(webp, "Content-Type"), "image/webp");
+  EXPECT_EQ(bodyOf(webp).substr(0, 4), "RIFF");
+  EXPECT_EQ(bodyOf(webp).substr(8, 4), "WEBP");
+  const std::vector<uint8_t> pixels = pixelsOf(bodyOf(png));
+  ASSERT_EQ(pixels.size(), 256U * 256U * 3U);
+  // The colour in the middle is the source's there, but for what WebP takes and what lies between texels.
+  const glm::dvec2 degrees =
+      degreesFromMercator((glm::floor(place) + glm::dvec2(128.5, 128.5) / 256.0) / std::ldexp(1.0, z));
+  Geographic geographic(Dataset::open((*folder_ / "made.terrane").string())->manifest().crsWkt);
+  const glm::dvec2 crs = *geographic.crsFromGeographic(degrees);
+  const std::array<double, 3> source = colorAt(crs);
+  for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(pixels[3 * (128 * 256 + 128) + c], source[c], 25.0) << c;
+}
+
+TEST_F(SiteTest, WhatIsNoTileOfAWebMapIsRefused) {
+  for (const std::string path :
+       {"xyz", "xyz/terrarium", "xyz/terrarium/1/0", "xyz/terrarium/1/0/0", "xyz/terrarium/1/0/0.webp",
+        "xyz/terrarium/1/2/0.png", "xyz/terrarium/25/0/0.png", "xyz/terrarium/-1/0/0.png",
+        "xyz/terrarium/1/0/0.png.png", "xyz/terrarium/99999999999999999999/0/0.png", "xyz/heights/1/0/0.png",
+        "xyz/imagery/1/0/0.png", "xyz/imagery/other/1/0/0.png", "xyz/imagery.json", "xyz/imagery/other.json",
+        "xyz/.json", "xyz/terrarium/.json", "xyz/terrarium/1/0/0/0.png", "xyz/terrarium/3/7/7.png"})
+    EXPECT_EQ(get("/d/made/" + path).status, 404) << path;
+  EXPECT_EQ(post("/d/made/xyz/terrarium/0/0/0.png", "{}").status, 405);
+  HttpRequest hostile;
+  hostile.host = "evil\"><script>";
+  const Json tiles = json(get("/d/made/xyz/terrarium.json", hostile));
+  EXPECT_EQ(tiles["tiles"][0].get<std::string>().find("evil"), std::string::npos);
+  HttpRequest asked;
+  for (const char* target : {"/d/made/xyz/terrarium/0/0/0.png", "/d/made/elevation?points=1,2"}) {
+    asked.target = target;
+    EXPECT_TRUE(site_->takesLong(asked)) << target;
+  }
 }
 
 TEST_F(SiteTest, GivesTheViewerAndNothingElseOfItsFolder) {

@@ -66,20 +66,26 @@ struct SurfaceHit {
   double height = 0.0;
 };
 
-/// Walks over the finest surface that its source has: keeps the tiles on the way to the last place, so
-/// neighbouring questions take no lock. One thread at a time; cheap to make. Where tiles come and go, make
-/// one for each question: it does not look again for what was not there.
+/// Walks over the finest surface that its source has, or that of a level: keeps the tiles on the way to the
+/// last place, so neighbouring questions take no lock. One thread at a time; cheap to make. Where tiles come
+/// and go, make one for each question: it does not look again for what was not there.
 ///
 /// Ground is what is drawn as ground: where finer tiles are stored and not here, a coarse cell that is mostly
 /// ground is all ground.
 class Surface {
  public:
-  explicit Surface(SurfaceSource& source) : source_(source) {}
+  /// Tiles beyond `finestLevel` are left out as if they were not here.
+  explicit Surface(SurfaceSource& source, int finestLevel = kMaxLevel)
+      : source_(source), finestLevel_(finestLevel) {}
 
   /// The height in metres at sample coordinates (tiling/frame.h), or nothing where there is no ground.
   Result<std::optional<double>> heightAt(glm::dvec2 sample);
 
-  /// How far that height may be off the full-resolution source, metres: a bound. Nothing where there is no
+  /// The same, and where there is no ground what the void was filled with: a smooth continuation of what is
+  /// around. Nothing beyond the world.
+  Result<std::optional<double>> filledHeightAt(glm::dvec2 sample);
+
+  /// How far heightAt() may be off the full-resolution source, metres: a bound. Nothing where there is no
   /// ground.
   Result<std::optional<double>> errorAt(glm::dvec2 sample);
 
@@ -110,6 +116,7 @@ class Surface {
   glm::dvec2 placeInTile(glm::dvec2 sample) const;
 
   SurfaceSource& source_;
+  int finestLevel_;
   std::vector<Level> path_;    ///< from the root down
   bool isUnfinished_ = false;  ///< where goTo() went, finer tiles are stored
 };

@@ -33,6 +33,9 @@ struct HttpRequest {
   std::string_view acceptEncoding;
   std::string_view contentType;
   std::string_view origin;
+  std::string_view host;  ///< as the client named this server
+  std::string_view
+      forwardedProto;  ///< X-Forwarded-Proto: how the client reached the proxy before this server
 };
 
 /// Which kind of thing was asked for: what requests are counted by.
@@ -42,13 +45,14 @@ enum class Route : uint8_t {
   Manifest,
   Archive,
   Tile,
+  Xyz,
   Query,
   Health,
   Metrics,
   Preflight,
   Refused
 };
-inline constexpr int kRouteCount = 10;
+inline constexpr int kRouteCount = 11;
 std::string_view routeName(Route route);
 
 /// One answer. The body is `text`, or `shared`, or a piece of a file, whichever is set; `Date`, `Connection`
