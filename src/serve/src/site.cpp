@@ -19,8 +19,8 @@ namespace terrane::serve {
 namespace {
 
 constexpr std::string_view kTextPlain = "text/plain; charset=utf-8";
-constexpr std::string_view kXyzSegment = "/xyz/";
-constexpr std::string_view kXyz = kXyzSegment.substr(1, 3);
+constexpr std::string_view kXyz = "xyz";
+constexpr std::string_view kTerrain = "quantized-mesh";
 
 bool isReading(std::string_view method) {
   return method == "GET" || method == "HEAD";
@@ -113,8 +113,8 @@ std::vector<Site::Listed> Site::datasets() const {
 bool Site::takesLong(const HttpRequest& request) const {
   const std::string_view path = request.target.substr(0, request.target.find('?'));
   const std::string_view last = path.substr(path.rfind('/') + 1);
-  const bool isXyz = path.substr(0, 3) == "/d/" && path.find(kXyzSegment) != std::string_view::npos;
-  return queryKind(last).has_value() || isXyz;
+  const auto has = [&](std::string_view segment) { return path.find(segment) != std::string_view::npos; };
+  return queryKind(last).has_value() || has("/xyz/") || has("/quantized-mesh/");
 }
 
 HttpResponse Site::answer(const HttpRequest& request) {
@@ -211,14 +211,16 @@ HttpResponse Site::State::inDataset(Call call, const ServedDataset& served) cons
   }
   constexpr const char* kNothing =
       "There is nothing here; a dataset has manifest.json, its archives, elevation/LEVEL/COL/ROW, "
-      "imagery/LAYER/LEVEL/COL/ROW, xyz/..., elevation?, profile? and line-of-sight?.";
+      "imagery/LAYER/LEVEL/COL/ROW, xyz/..., quantized-mesh/..., elevation?, profile? and line-of-sight?.";
   if (call.left() == 0 || call.target.trailingSlash) return refuse(404, kNothing);
   const std::string& first = call.segment(0);
 
-  if (first == kXyz) {
+  if (first == kXyz || first == kTerrain) {
     if (!isReading(call.request.method)) return notAllowed(Route::Xyz, "GET, HEAD, OPTIONS");
     const auto begin = call.target.path.begin() + static_cast<ptrdiff_t>(call.at) + 1;
-    return answerXyz(call.request, served, {begin, call.target.path.end()}, versioned);
+    const std::vector<std::string> rest(begin, call.target.path.end());
+    return first == kXyz ? answerXyz(call.request, served, rest, versioned)
+                         : answerTerrain(call.request, served, rest, versioned);
   }
   if (call.left() == 1) {
     if (const auto kind = queryKind(first)) return query(call, served, *kind, versioned);

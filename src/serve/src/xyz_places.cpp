@@ -24,10 +24,11 @@ double unwrapped(double degrees, double before) {
   return before + std::remainder(degrees - before, 360.0);
 }
 
-/// The middle of pixel (col, row) in the unit square.
+/// The middle of pixel (col, row), degrees.
 glm::dvec2 middleOf(const XyzAddress& tile, double col, double row) {
   const double pixel = std::ldexp(1.0 / kXyzSide, -tile.z);
-  return {(tile.x * kXyzSide + col + 0.5) * pixel, (tile.y * kXyzSide + row + 0.5) * pixel};
+  return degreesFromMercator(
+      {(tile.x * kXyzSide + col + 0.5) * pixel, (tile.y * kXyzSide + row + 0.5) * pixel});
 }
 
 /// The side of a square as large as the parallelogram of two vectors.
@@ -37,23 +38,30 @@ double widthOf(glm::dvec2 a, glm::dvec2 b) {
 
 class Grid {
  public:
-  Grid(const XyzAddress& tile, const Frame& frame, Geographic& geographic)
-      : tile_(tile), frame_(frame), geographic_(geographic) {}
+  Grid(const DegreesOf& degreesOf, int side, const XyzExtent& extent, const Frame& frame,
+       Geographic& geographic)
+      : degreesOf_(degreesOf), side_(side), extent_(extent), frame_(frame), geographic_(geographic) {}
 
-  /// Sample coordinates of places in pixels of the tile.
-  std::vector<glm::dvec2> exact(const std::vector<glm::dvec2>& pixels) const {
+  /// Sample coordinates of places of the lattice; not a number far beside the extent.
+  std::vector<glm::dvec2> exact(const std::vector<glm::dvec2>& places) const {
+    std::vector<glm::dvec2> out(places.size(), glm::dvec2(std::numeric_limits<double>::quiet_NaN()));
     std::vector<glm::dvec2> degrees;
-    degrees.reserve(pixels.size());
-    for (const glm::dvec2 p : pixels) degrees.push_back(degreesFromMercator(middleOf(tile_, p.x, p.y)));
-    std::vector<glm::dvec2> out = geographic_.crsFromGeographic(std::span<const glm::dvec2>(degrees));
-    for (glm::dvec2& place : out)
-      if (isPlace(place)) place = sampleFromCrs(frame_, place);
+    std::vector<size_t> asked;
+    for (size_t i = 0; i < places.size(); ++i) {
+      const glm::dvec2 at = degreesOf_(places[i].x, places[i].y);
+      if (!extent_.contains(at, extent_.north - extent_.south)) continue;
+      degrees.push_back(at);
+      asked.push_back(i);
+    }
+    const std::vector<glm::dvec2> crs = geographic_.crsFromGeographic(std::span<const glm::dvec2>(degrees));
+    for (size_t i = 0; i < asked.size(); ++i)
+      if (isPlace(crs[i])) out[asked[i]] = sampleFromCrs(frame_, crs[i]);
     return out;
   }
 
-  /// All pixels from a grid of `step` pixels; false where that is not near enough half-way between.
+  /// All places from every `step`th; false where that is not near enough half-way between.
   bool fill(int step, std::vector<glm::dvec2>& out) const {
-    const int cells = kXyzSide / step, side = 2 * cells + 1;
+    const int cells = (side_ - side_ % 2) / step, side = 2 * cells + 1;
     std::vector<glm::dvec2> asked;
     for (int row = 0; row < side; ++row)
       for (int col = 0; col < side; ++col) asked.push_back(glm::dvec2(col, row) * (0.5 * step));
@@ -69,10 +77,13 @@ class Grid {
               at(2, 1) - 0.5 * (b + d), at(1, 2) - 0.5 * (c + d)})
           // note: also false for what is not a number.
           if (!(std::hypot(off.x, off.y) <= most)) return false;
-        for (int y = 0; y < step; ++y) {
-          for (int x = 0; x < step; ++x) {
+        // The last cells have the last row and column, where the lattice ends with them.
+        const int rows = std::min(step + 1, side_ - row * step),
+                  columns = std::min(step + 1, side_ - col * step);
+        for (int y = 0; y < rows; ++y) {
+          for (int x = 0; x < columns; ++x) {
             const double u = static_cast<double>(x) / step, v = static_cast<double>(y) / step;
-            out[static_cast<size_t>(row * step + y) * kXyzSide + static_cast<size_t>(col * step + x)] =
+            out[static_cast<size_t>((row * step + y) * side_ + col * step + x)] =
                 (1.0 - v) * ((1.0 - u) * a + u * b) + v * ((1.0 - u) * c + u * d);
           }
         }
@@ -82,7 +93,9 @@ class Grid {
   }
 
  private:
-  const XyzAddress& tile_;
+  const DegreesOf& degreesOf_;
+  int side_;
+  const XyzExtent& extent_;
   const Frame& frame_;
   Geographic& geographic_;
 };
@@ -103,9 +116,10 @@ std::optional<double> smallestPixel(const std::vector<glm::dvec2>& samples) {
 
 }  // namespace
 
-bool XyzExtent::contains(glm::dvec2 degrees) const {
-  if (!(degrees.y >= south && degrees.y <= north)) return false;
-  return west <= east ? degrees.x >= west && degrees.x <= east : degrees.x >= west || degrees.x <= east;
+bool XyzExtent::contains(glm::dvec2 degrees, double beside) const {
+  if (!(degrees.y >= south - beside && degrees.y <= north + beside)) return false;
+  const bool isEastOfWest = degrees.x >= west - beside, isWestOfEast = degrees.x <= east + beside;
+  return west <= east ? isEastOfWest && isWestOfEast : isEastOfWest || isWestOfEast;
 }
 
 bool XyzExtent::meets(const XyzAddress& tile) const {
@@ -184,25 +198,29 @@ std::optional<XyzExtent> xyzExtentOf(const Manifest& manifest, Geographic& geogr
   return out;
 }
 
-XyzPlaces xyzPlacesOf(const XyzAddress& tile, const XyzExtent& extent, const Frame& frame,
-                      Geographic& geographic) {
-  XyzPlaces out;
-  out.samples.resize(static_cast<size_t>(kXyzSide) * kXyzSide);
-  const Grid grid(tile, frame, geographic);
-  if (!grid.fill(16, out.samples) && !grid.fill(4, out.samples)) {
+std::vector<glm::dvec2> samplesOfLattice(int side, const DegreesOf& degreesOf, const XyzExtent& extent,
+                                         const Frame& frame, Geographic& geographic) {
+  std::vector<glm::dvec2> out(static_cast<size_t>(side) * static_cast<size_t>(side));
+  const Grid grid(degreesOf, side, extent, frame, geographic);
+  if (!grid.fill(16, out) && !grid.fill(4, out)) {
     std::vector<glm::dvec2> all;
-    for (int row = 0; row < kXyzSide; ++row)
-      for (int col = 0; col < kXyzSide; ++col) all.emplace_back(col, row);
-    out.samples = grid.exact(all);
+    for (int row = 0; row < side; ++row)
+      for (int col = 0; col < side; ++col) all.emplace_back(col, row);
+    out = grid.exact(all);
   }
   // note: far from where a projection is meant for, it may give places that are those of somewhere else.
-  for (int row = 0; row < kXyzSide; ++row) {
-    for (int col = 0; col < kXyzSide; ++col) {
-      if (extent.contains(degreesFromMercator(middleOf(tile, col, row)))) continue;
-      out.samples[static_cast<size_t>(row) * kXyzSide + static_cast<size_t>(col)] =
-          glm::dvec2(std::numeric_limits<double>::quiet_NaN());
-    }
-  }
+  for (int row = 0; row < side; ++row)
+    for (int col = 0; col < side; ++col)
+      if (!extent.contains(degreesOf(col, row)))
+        out[static_cast<size_t>(row * side + col)] = glm::dvec2(std::numeric_limits<double>::quiet_NaN());
+  return out;
+}
+
+XyzPlaces xyzPlacesOf(const XyzAddress& tile, const XyzExtent& extent, const Frame& frame,
+                      Geographic& geographic) {
+  const auto middles = [&](double col, double row) { return middleOf(tile, col, row); };
+  XyzPlaces out;
+  out.samples = samplesOfLattice(kXyzSide, middles, extent, frame, geographic);
   out.samplesAPixel = smallestPixel(out.samples).value_or(std::ldexp(extent.samplesOfRoot, -tile.z));
   return out;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "entity.h"
+#include "quantized_mesh.h"
 #include "site_pages.h"
 #include "terrane/dataset/hash.h"
 #include "terrane/serve/byte_range.h"
@@ -76,6 +77,22 @@ HttpResponse describe(const HttpRequest& request, const ServedDataset& served, c
                     kRevalidate);
 }
 
+/// The same dataset and the same program give the same bytes: no need to make them to know that they are
+/// known.
+std::string etagNameOf(const ServedDataset& served, std::string_view kind,
+                       const std::vector<std::string>& path) {
+  return sha256(fmt::format("{} {} {} {}", TERRANE_VERSION, served.hash, kind, fmt::join(path, "/")))
+      .substr(0, 32);
+}
+
+HttpResponse refuseUnreadable() {
+  return refuseXyz(500, "The dataset's tiles cannot be read; its operator should run terrane verify.");
+}
+HttpResponse refuseUnmapped() {
+  return refuseXyz(
+      404, "This dataset's CRS cannot be laid out on a map of the earth; its own tiles have no such bounds.");
+}
+
 }  // namespace
 
 HttpResponse answerXyz(const HttpRequest& request, const ServedDataset& served,
@@ -88,9 +105,7 @@ HttpResponse answerXyz(const HttpRequest& request, const ServedDataset& served,
   const bool isJson = !names.empty() && takeEnding(names.back(), ".json");
   const auto kind = kindOf(served, names);
   if (!kind || names.size() != kind->segments + (isJson ? 0 : 3)) return refuseXyz(404, kNothing);
-  if (!served.xyzExtent)
-    return refuseXyz(
-        404, "This dataset's CRS cannot be laid out on a web map; its own tiles have no such bounds.");
+  if (!served.xyzExtent) return refuseUnmapped();
   if (isJson) return describe(request, served, *kind);
 
   std::string& last = names.back();
@@ -101,13 +116,9 @@ HttpResponse answerXyz(const HttpRequest& request, const ServedDataset& served,
   if (!address)
     return refuseXyz(404, fmt::format("A tile is Z/X/Y: Z from 0 to {}, X and Y below 2^Z.", kDeepestXyz));
 
-  // The same dataset and the same program give the same bytes: no need to make them to know that they are
-  // known.
   TextEntity entity;
   entity.type = isPng ? "image/png" : "image/webp";
-  entity.etag = fmt::format(
-      "\"{}\"",
-      sha256(fmt::format("{} {} {}", TERRANE_VERSION, served.hash, fmt::join(path, "/"))).substr(0, 32));
+  entity.etag = fmt::format("\"{}\"", etagNameOf(served, "xyz", path));
   const std::string_view cache = isVersioned ? kImmutable : kRevalidate;
   if (matchesEtag(request.ifNoneMatch, entity.etag, true)) {
     entity.plain = std::make_shared<const std::string>();
@@ -121,8 +132,7 @@ HttpResponse answerXyz(const HttpRequest& request, const ServedDataset& served,
                           *served.xyzExtent, served.dataset->manifest(), *served.pictures, *served.geographic)
             : heightTile(*address, *kind->heights, *served.xyzExtent, *served.tiles, *served.geographic);
   }
-  if (!made.ok())
-    return refuseXyz(500, "The dataset's tiles cannot be read; its operator should run terrane verify.");
+  if (!made.ok()) return refuseUnreadable();
   if (!*made) {
     // note: clients of web maps take 404, not 204, for "nothing here".
     HttpResponse response = refuseXyz(404, "The dataset has nothing in this tile.");
@@ -131,6 +141,45 @@ HttpResponse answerXyz(const HttpRequest& request, const ServedDataset& served,
   }
   entity.plain = std::make_shared<const std::string>((*made)->begin(), (*made)->end());
   return answerText(request, Route::Xyz, entity, cache);
+}
+
+HttpResponse answerTerrain(const HttpRequest& request, const ServedDataset& served,
+                           const std::vector<std::string>& path, bool isVersioned) {
+  constexpr const char* kNothing =
+      "There is nothing here; there are quantized-mesh/layer.json and quantized-mesh/Z/X/Y.terrain.";
+  const bool isLayer = path.size() == 1 && path[0] == "layer.json";
+  if (!isLayer && path.size() != 3) return refuseXyz(404, kNothing);
+  if (!served.xyzExtent) return refuseUnmapped();
+  if (isLayer) {
+    // note: a path alone, which CesiumJS resolves against this file's address.
+    std::string text = terrainLayerJson(served.dataset->manifest(), *served.xyzExtent,
+                                        fmt::format("/d/{}/{}/quantized-mesh/{{z}}/{{x}}/{{y}}.terrain",
+                                                    escapeSegment(served.name), served.hash));
+    const std::string name = sha256(text).substr(0, 32);
+    return answerText(request, Route::Xyz, makeTextEntity(std::move(text), name, "application/json"),
+                      kRevalidate);
+  }
+  std::string row = path[2];
+  if (!takeEnding(row, ".terrain")) return refuseXyz(404, kNothing);
+  const auto address = readTerrainAddress(path[0], path[1], row);
+  if (!address)
+    return refuseXyz(
+        404, fmt::format("A tile is Z/X/Y: Z from 0 to {}, X below 2^(Z + 1), Y below 2^Z.", kDeepestXyz));
+
+  constexpr std::string_view kType = "application/vnd.quantized-mesh";
+  const std::string name = etagNameOf(served, "quantized-mesh", path);
+  const std::string_view cache = isVersioned ? kImmutable : kRevalidate;
+  // As makeTextEntity() names them.
+  TextEntity known;
+  known.etag = fmt::format("\"{}\"", name);
+  known.compressedEtag = fmt::format("\"{}-gzip\"", name);
+  known.plain = known.compressed = std::make_shared<const std::string>();
+  known.type = kType;
+  const std::string& etag = acceptsGzip(request.acceptEncoding) ? known.compressedEtag : known.etag;
+  if (matchesEtag(request.ifNoneMatch, etag, true)) return answerText(request, Route::Xyz, known, cache);
+  auto made = terrainTile(*address, *served.xyzExtent, *served.tiles, *served.geographic);
+  if (!made.ok()) return refuseUnreadable();
+  return answerText(request, Route::Xyz, makeTextEntity(std::move(made).value(), name, kType), cache);
 }
 
 }  // namespace terrane::serve

@@ -14,4 +14,8 @@ namespace terrane::serve {
 HttpResponse answerXyz(const HttpRequest& request, const ServedDataset& served,
                        const std::vector<std::string>& path, bool isVersioned);
 
+/// The same below `/d/NAME/quantized-mesh/`.
+HttpResponse answerTerrain(const HttpRequest& request, const ServedDataset& served,
+                           const std::vector<std::string>& path, bool isVersioned);
+
 }  // namespace terrane::serve

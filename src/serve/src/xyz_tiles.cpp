@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
+#include "filled_ground.h"
 #include "terrane/render/png.h"
 
 namespace terrane::serve {
@@ -16,17 +17,8 @@ namespace {
 constexpr double kTerrariumSteps = 256.0;
 /// A height is told as finely as makes a slope of a thousandth, from pixel to pixel.
 constexpr double kSlope = 1e-3;
-/// Levels up, where a cell that is mostly ground makes what is missing in it a hole, to be filled, and no
-/// coast.
-constexpr int kHoleLevels = 4;
 /// Of pictures that are made anew: a little better than what they were made of.
 constexpr int kPictureQuality = 85;
-
-/// The level whose samples, `finest` of them of the finest level, are no wider than a pixel.
-int levelFor(double samplesAPixel, int finestLevel) {
-  const int coarser = static_cast<int>(std::floor(std::log2(std::max(samplesAPixel, 1.0)) + 1e-6));
-  return std::max(finestLevel - coarser, 0);
-}
 
 /// The texels of an imagery layer's level, across its tiles.
 class Texels {
@@ -81,6 +73,11 @@ class Texels {
 
 }  // namespace
 
+int levelFor(double finestSamples, int finestLevel) {
+  const int coarser = static_cast<int>(std::floor(std::log2(std::max(finestSamples, 1.0)) + 1e-6));
+  return std::max(finestLevel - coarser, 0);
+}
+
 int terrariumStep(double metersAPixel, double maxErrorMeters) {
   const double wanted = std::max(kSlope * metersAPixel, 0.25 * maxErrorMeters) * kTerrariumSteps;
   const int power = static_cast<int>(std::floor(std::log2(std::clamp(wanted, 1.0, kTerrariumSteps))));
@@ -104,29 +101,17 @@ Result<std::optional<std::vector<uint8_t>>> heightTile(const XyzAddress& address
                                                        Geographic& geographic) {
   const Manifest& manifest = tiles.manifest();
   const XyzPlaces places = xyzPlacesOf(address, extent, manifest.frame, geographic);
-  const int level = levelFor(places.samplesAPixel, manifest.frame.finestLevel);
-  Surface surface(tiles, level), wide(tiles, std::max(level - kHoleLevels, 0));
+  FilledGround ground(tiles, levelFor(places.samplesAPixel, manifest.frame.finestLevel));
   const int step =
       terrariumStep(places.samplesAPixel * manifest.frame.spacingXMeters(), manifest.maxErrorMeters);
   std::vector<uint8_t> rgba(4 * places.samples.size());
-  bool isGround = false;
   for (size_t i = 0; i < places.samples.size(); ++i) {
-    std::optional<double> height;
-    if (!std::isnan(places.samples[i].x)) {
-      TERRANE_ASSIGN(height, surface.heightAt(places.samples[i]));
-      isGround = isGround || height.has_value();
-      if (!height) {
-        TERRANE_ASSIGN(const auto around, wide.heightAt(places.samples[i]));
-        if (around) {
-          TERRANE_ASSIGN(height, surface.filledHeightAt(places.samples[i]));
-        }
-      }
-    }
-    const HeightColor color = colorOfHeight(height.value_or(0.0), colors, step);
+    TERRANE_ASSIGN(const double height, ground.heightAt(places.samples[i]));
+    const HeightColor color = colorOfHeight(height, colors, step);
     const std::array<uint8_t, 4> pixel = {color.red, color.green, color.blue, 255};
     std::copy(pixel.begin(), pixel.end(), rgba.begin() + static_cast<ptrdiff_t>(4 * i));
   }
-  if (!isGround) return std::optional<std::vector<uint8_t>>{};
+  if (!ground.hasGround()) return std::optional<std::vector<uint8_t>>{};
   return std::optional(encodePng(kXyzSide, kXyzSide, rgba));
 }
 

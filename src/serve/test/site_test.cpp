@@ -8,9 +8,11 @@
 
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
 #include "geographic.h"
@@ -242,6 +244,112 @@ TEST_F(SiteTest, WebMapsGetThePictures) {
   const glm::dvec2 crs = *geographic.crsFromGeographic(degrees);
   const std::array<double, 3> source = colorAt(crs);
   for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(pixels[3 * (128 * 256 + 128) + c], source[c], 25.0) << c;
+}
+
+/// Reads numbers of a tile of terrain one after the other.
+class TerrainReader {
+ public:
+  explicit TerrainReader(std::string bytes) : bytes_(std::move(bytes)) {}
+  template <class T>
+  T take() {
+    T out{};
+    EXPECT_LE(at_ + sizeof(T), bytes_.size());
+    if (at_ + sizeof(T) <= bytes_.size()) std::memcpy(&out, bytes_.data() + at_, sizeof(T));
+    at_ += sizeof(T);
+    return out;
+  }
+  std::vector<int> takeDifferences(size_t count) {
+    std::vector<int> out;
+    int value = 0;
+    for (size_t i = 0; i < count; ++i) {
+      const int code = take<uint16_t>();
+      out.push_back(value += code >> 1 ^ -(code & 1));
+    }
+    return out;
+  }
+  size_t left() const { return bytes_.size() - at_; }
+
+ private:
+  std::string bytes_;
+  size_t at_ = 0;
+};
+
+TEST_F(SiteTest, CesiumGetsTheHeightsThatQuestionsGet) {
+  const Json layer = json(get("/d/made/quantized-mesh/layer.json"));
+  EXPECT_EQ(layer["tiles"][0], *base_ + "quantized-mesh/{z}/{x}/{y}.terrain");
+  EXPECT_EQ(layer["attribution"], "somebody & <others>");
+  const int z = layer["maxzoom"];
+  const Json range = layer["available"][z][0];
+  const int x = (range["startX"].get<int>() + range["endX"].get<int>()) / 2,
+            y = (range["startY"].get<int>() + range["endY"].get<int>()) / 2;
+  const std::string path = *base_ + fmt::format("quantized-mesh/{}/{}/{}.terrain", z, x, y);
+  const HttpResponse tile = get(path);
+  ASSERT_EQ(tile.status, 200);
+  EXPECT_EQ(field(tile, "Content-Type"), "application/vnd.quantized-mesh");
+  TerrainReader reader(bodyOf(tile));
+  const glm::dvec3 center(reader.take<double>(), reader.take<double>(), reader.take<double>());
+  // On the ground, 60 degrees north: where the ellipsoid is 6362 km from the middle of the earth.
+  EXPECT_NEAR(glm::length(center), 6362e3, 3e3);
+  const double low = static_cast<double>(reader.take<float>()),
+               high = static_cast<double>(reader.take<float>());
+  ASSERT_LT(low, high);
+  for (int i = 0; i < 7; ++i) reader.take<double>();
+  const size_t count = reader.take<uint32_t>();
+  ASSERT_LT(count, 66000U);
+  const std::vector<int> u = reader.takeDifferences(count), v = reader.takeDifferences(count),
+                         h = reader.takeDifferences(count);
+  Json points = Json::array();
+  std::vector<double> heights;
+  const double side = std::ldexp(180.0, -z);
+  for (size_t i = 0; i < count; i += 1 + count / 500) {
+    ASSERT_TRUE(u[i] >= 0 && u[i] <= 32767 && v[i] >= 0 && v[i] <= 32767 && h[i] >= 0 && h[i] <= 32767);
+    points.push_back({-180.0 + side * (x + u[i] / 32767.0), -90.0 + side * (y + v[i] / 32767.0)});
+    heights.push_back(low + (high - low) * h[i] / 32767.0);
+  }
+  const Json asked =
+      json(post("/d/made/elevation", Json{{"points", points}, {"crs", "EPSG:4326"}}.dump()))["heightsMeters"];
+  size_t compared = 0;
+  for (size_t i = 0; i < heights.size(); ++i) {
+    if (!asked[i].is_number()) continue;
+    EXPECT_NEAR(heights[i], asked[i].get<double>(), 0.6);
+    ++compared;
+  }
+  EXPECT_GT(compared, 100U);
+  const size_t triangles = reader.take<uint32_t>();
+  uint32_t next = 0;
+  for (size_t i = 0; i < 3 * triangles; ++i) {
+    const uint32_t code = reader.take<uint16_t>();
+    ASSERT_LE(code, next);
+    if (code == 0) ++next;
+  }
+  EXPECT_EQ(next, count);
+  for (int edge = 0; edge < 4; ++edge) {
+    const size_t onEdge = reader.take<uint32_t>();
+    EXPECT_GE(onEdge, 2U);
+    for (size_t i = 0; i < onEdge; ++i) EXPECT_LT(reader.take<uint16_t>(), count);
+  }
+  EXPECT_EQ(reader.take<uint8_t>(), 1);
+  EXPECT_EQ(reader.take<uint32_t>(), 2 * count);
+  EXPECT_EQ(reader.left(), 2 * count);
+
+  // Known already, plainly and compressed.
+  HttpRequest again;
+  again.acceptEncoding = "gzip";
+  const HttpResponse compressed = get(path, again);
+  EXPECT_EQ(field(compressed, "Content-Encoding"), "gzip");
+  const std::string etag = field(compressed, "ETag");
+  again.ifNoneMatch = etag;
+  EXPECT_EQ(get(path, again).status, 304);
+  HttpRequest plain;
+  const std::string plainEtag = field(tile, "ETag");
+  plain.ifNoneMatch = plainEtag;
+  EXPECT_EQ(get(path, plain).status, 304);
+  for (const std::string wrong :
+       {"quantized-mesh", "quantized-mesh/0/0/0", "quantized-mesh/0/2/0.terrain", "quantized-mesh/1/0/0.png",
+        "quantized-mesh/1/0/0/0.terrain", "quantized-mesh/meta.json"})
+    EXPECT_EQ(get("/d/made/" + wrong).status, 404) << wrong;
+  // Level at the sea, where there is nothing: a root of the globe.
+  EXPECT_EQ(get("/d/made/quantized-mesh/0/0/0.terrain").status, 200);
 }
 
 TEST_F(SiteTest, WhatIsNoTileOfAWebMapIsRefused) {
