@@ -87,6 +87,9 @@ fails 2 'frobnicate' "$terrane" build good.tif -o a.terrane --frobnicate
 fails 2 'size' "$terrane" build good.tif -o a.terrane --memory lots
 fails 2 'required|-o' "$terrane" build good.tif
 fails 2 'max-error|lossless' "$terrane" build good.tif -o a.terrane --lossless --max-error 1
+fails 1 'max-error 1e\+06.*100000 at most|max-error 1000000.*100000 at most' "$terrane" build good.tif -o a.terrane --max-error 1e6
+fails 2 'max-error nan.*finite' "$terrane" build good.tif -o a.terrane --max-error nan
+fails 2 "no command 'buidl'" "$terrane" buidl good.tif
 
 # Imagery: files, places, bands, values.
 imagery=("$terrane" build good.tif -q -o a.terrane --imagery)
@@ -126,6 +129,10 @@ fails 1 'good.tif.*cannot be appended.*anew' "$terrane" build good.tif -o whole.
 fails 1 '--overwrite' "$terrane" build good.tif -o good.terrane
 fails 1 'does not exist' "$terrane" build good.tif -o nowhere/a.terrane
 fails 1 'cannot be made|not exist' "$terrane" build good.tif -o /proc/a.terrane
+mkdir own.terrane && cp good.terrane/* own.terrane && echo north >own.terrane/notes.txt
+fails 1 'own.terrane/notes.txt.*move it' "$terrane" build good.tif -o own.terrane --overwrite
+ln -s good.terrane link.terrane
+fails 1 'symbolic link' "$terrane" build good.tif -o link.terrane --overwrite
 mkdir photos && echo meow >photos/cat.jpg
 fails 1 'no dataset' "$terrane" build good.tif -o photos --overwrite
 if [ "$(id -u)" -eq 0 ]; then
@@ -209,6 +216,17 @@ printf 'vec3 apply(Ground ground) {\n  return oops;\n}\n' > wrong.glsl
 fails 1 'oops' "${draw[@]}" -o a.png --pass wrong.glsl
 fails 1 'nosuch.glsl.*does it exist' "${draw[@]}" -o a.png --pass nosuch.glsl
 fails 1 'size.*WIDTHxHEIGHT' "$terrane" render good.terrane --size huge -o a.png
+fails 1 'a.jpg.*PNG' "${draw[@]}" -o a.jpg
+fails 1 '--at.*--flight' "${draw[@]}" -o a.png --at 5
+fails 1 's.json.*folder.*does not exist' "${draw[@]}" -o a.png --stats nodir/s.json
+fails 2 'tau nan' "${draw[@]}" -o a.png --tau nan
+fails 1 'water nan' "${draw[@]}" -o a.png --water nan
+fails 2 'look-from|eye' "${draw[@]}" -o a.png --look-from N --eye 1,2,3 --look-at 4,5,6
+echo '{"type": "LineString", "coordinates": [[7.1, 46.2], [7.2, 46.2]]}' >degrees.geojson
+fails 1 'degrees.geojson.*none of its 1 lines.*CRS' "${draw[@]}" -o a.png --lines degrees.geojson
+if [ -e /dev/full ]; then
+  "$terrane" info good.terrane >/dev/full 2>/dev/null && { echo "FAILED: info to a full disk ends with 0"; failures=$((failures + 1)); }
+fi
 fails 1 '2\^k' "${draw[@]}" -o a.png --k 16
 fails 2 'tau' "${draw[@]}" -o a.png --tau 0
 fails 2 'mode' "${draw[@]}" -o a.png --mode pretty

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -79,9 +80,10 @@ class Reader {
     if (!properties.is_object()) return {};
     if (const auto stroke = properties.find("stroke"); stroke != properties.end()) {
       unsigned red = 0, green = 0, blue = 0;
-      const std::string text = stroke->is_string() ? stroke->get<std::string>() : "";
+      std::string text = stroke->is_string() ? stroke->get<std::string>() : "";
+      if (text.size() == 4) text = {text[0], text[1], text[1], text[2], text[2], text[3], text[3]};
       if (text.size() != 7 || std::sscanf(text.c_str(), "#%2x%2x%2x", &red, &green, &blue) != 3)
-        return makeError("{}: {}: 'stroke' must be a colour like #d03020", path_, where);
+        return makeError("{}: {}: 'stroke' must be a colour like #d03020 or #d32", path_, where);
       style_.srgba = {static_cast<float>(red) / 255.0F, static_cast<float>(green) / 255.0F,
                       static_cast<float>(blue) / 255.0F, style_.srgba[3]};
     }
@@ -107,17 +109,50 @@ class Reader {
   std::vector<GroundLine> lines_;
 };
 
+/// The CRS that a file of the old form declares, as text; empty where it says none.
+std::string declaredCrs(const Json& json) {
+  if (!json.is_object() || !json.contains("crs")) return {};
+  const Json name =
+      json["crs"].is_object() ? json["crs"].value("/properties/name"_json_pointer, Json()) : Json();
+  return name.is_string() ? name.get<std::string>() : std::string();
+}
+
+/// Does any of the lines come into the dataset's rectangle?
+bool anyOn(const std::vector<GroundLine>& lines, const Manifest& manifest) {
+  const glm::dvec2 corner = manifest.frame.localFromSample(
+      {static_cast<double>(manifest.extentCols - 1), static_cast<double>(manifest.extentRows - 1)});
+  for (const GroundLine& line : lines) {
+    glm::dvec2 low(line.corners.front()), high(line.corners.front());
+    for (const auto& place : line.corners) {
+      low = glm::min(low, glm::dvec2(place));
+      high = glm::max(high, glm::dvec2(place));
+    }
+    if (low.x <= corner.x && high.x >= 0.0 && low.y <= 0.0 && high.y >= corner.y) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
-Result<std::vector<GroundLine>> readGroundLines(const std::string& path, const Frame& frame) {
+Result<std::vector<GroundLine>> readGroundLines(const std::string& path, const Manifest& manifest) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   if (!file || !(text << file.rdbuf())) return makeError("{}: cannot be read; does it exist?", path);
   const Json json = Json::parse(text.str(), nullptr, false);
-  if (json.is_discarded()) return makeError("{}: is no JSON", path);
-  Reader reader(path, frame);
+  if (json.is_discarded())
+    return makeError("{}: is no JSON; convert it: ogr2ogr -f GeoJSON lines.geojson {}", path, path);
+  Reader reader(path, manifest.frame);
   TERRANE_TRY(reader.read(json, "the file"));
-  return reader.take();
+  std::vector<GroundLine> lines = reader.take();
+  if (!anyOn(lines, manifest)) {
+    const std::string declared = declaredCrs(json);
+    return makeError(
+        "{}: none of its {} lines lies on the dataset; coordinates must be in the dataset's CRS ({}){}: "
+        "ogr2ogr -t_srs "
+        "'EPSG:...' lines.geojson {}",
+        path, lines.size(), manifest.crsName, declared.empty() ? "" : ", not in " + declared, path);
+  }
+  return lines;
 }
 
 }  // namespace terrane::cli

@@ -167,10 +167,13 @@ void print(const Manifest& m, const Facts& facts) {
                               m.frame.spacingXMeters()));
   line("ground", fmt::format("{:.4g} km2, from {:.1f} to {:.1f} m", facts.coveredSquareMeters / 1e6,
                              m.minHeight, m.maxHeight));
+  const bool isWarped =
+      std::any_of(m.inputs.begin(), m.inputs.end(), [](const InputRecord& input) { return input.warped; });
   line("heights kept",
        m.maxErrorMeters == 0.0
            ? fmt::format("exactly, in steps of {:.4g} m", m.scale.heightStep)
-           : fmt::format("within {:.4g} m, in steps of {:.4g} m", m.maxErrorMeters, m.scale.heightStep));
+           : fmt::format("within {:.4g} m{}, in steps of {:.4g} m", m.maxErrorMeters,
+                         isWarped ? " of the inputs as they were warped" : "", m.scale.heightStep));
   std::string levels;
   for (size_t i = 0; i < facts.tilesByLevel.size(); ++i)
     levels += fmt::format("{}{}", i == 0 ? "" : " ", facts.tilesByLevel[i]);

@@ -1,5 +1,10 @@
+#include <cerrno>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
 
 #include "commands.h"
 #include "common.h"
@@ -18,6 +23,33 @@ constexpr const char* kExamples =
     "  terrane verify alps.terrane               check every byte of it\n"
     "\n"
     "`terrane COMMAND --help` explains a command.";
+
+/// "nan" and "inf" pass every check of a range; only --nodata means anything by them.
+void refuseWhatIsNoNumber(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->get_type_name().rfind("FLOAT", 0) != 0 || option->check_lname("nodata")) continue;
+    for (const std::string& text : option->results())
+      if (!std::isfinite(std::strtod(text.c_str(), nullptr)))
+        throw CLI::ValidationError(option->get_name() + " " + text, "expected a finite number");
+  }
+}
+
+/// Why the command line could not be read.
+std::string explained(const CLI::ParseError& error, int argc, char** argv) {
+  const bool isUnknown = argc > 1 && argv[1][0] != '-' &&
+                         dynamic_cast<const CLI::RequiredError*>(&error) != nullptr &&
+                         std::string(error.what()).find("subcommand") != std::string::npos;
+  return isUnknown ? std::string("there is no command '") + argv[1] + "'" : error.what();
+}
+
+/// The exit status, or a failure where what was printed could not be written.
+int afterFlush(int status) {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  std::fprintf(stderr, "terrane: standard output cannot be written: %s; give it room, or another place\n",
+               errno == 0 ? "it was refused" : std::strerror(errno));
+  return status == terrane::cli::kExitOk ? terrane::cli::kExitFailed : status;
+}
 
 }  // namespace
 
@@ -46,11 +78,13 @@ int main(int argc, char** argv) {
 
   try {
     app.parse(argc, argv);
+    for (const CLI::App* command : app.get_subcommands()) refuseWhatIsNoNumber(*command);
   } catch (const CLI::Success& asked) {  // --help, --version
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "terrane: %s\nTry 'terrane --help' or 'terrane COMMAND --help'.\n", error.what());
+    std::fprintf(stderr, "terrane: %s\nTry 'terrane --help' or 'terrane COMMAND --help'.\n",
+                 explained(error, argc, argv).c_str());
     return kExitUsage;
   }
-  return context.run();
+  return afterFlush(context.run());
 }

@@ -109,13 +109,31 @@ class RenderCommand {
   }
 
  private:
+  /// Can a file be made there? Known before anything is drawn.
+  Status checkOutput(const std::string& path) const {
+    namespace fs = std::filesystem;
+    if (path.empty()) return {};
+    std::error_code code;
+    if (!options_.overwrite && fs::exists(path, code))
+      return makeError("{}: exists already; pass --overwrite to replace it", path);
+    const fs::path folder = fs::path(path).parent_path();
+    if (!folder.empty() && !fs::is_directory(folder, code))
+      return makeError("{}: the folder {} does not exist; make it first", path, folder.string());
+    if (fs::is_directory(path, code)) return makeError("{}: is a folder; name a file", path);
+    return {};
+  }
+
   Status work() {
     TERRANE_TRY(parsePictureSize(options_.size, width_, height_));
     if (options_.output.empty() && options_.position.empty())
       return makeError("nothing to write: pass -o PICTURE.png, or --position OUT.tif");
     for (const std::string& path : {options_.output, options_.position, options_.stats})
-      if (!path.empty() && !options_.overwrite && std::filesystem::exists(path))
-        return makeError("{}: exists already; pass --overwrite to replace it", path);
+      TERRANE_TRY(checkOutput(path));
+    if (options_.flight.empty() && options_.atSeconds)
+      return makeError("--at is a moment of a flight; pass --flight FLIGHT.json with it");
+    if (!options_.output.empty() && (options_.flight.empty() || options_.atSeconds) &&
+        CLI::detail::to_lower(std::filesystem::path(options_.output).extension().string()) != ".png")
+      return makeError("{}: a picture is written as PNG; name it NAME.png", options_.output);
     options_.selection.cull = options_.cull == "on";
     options_.selection.morph = options_.morph == "on";
     options_.selection.metric = choice(kMetrics, options_.metric);
@@ -143,7 +161,7 @@ class RenderCommand {
     } else if (options_.water != "off") {
       double level = 0.0;
       char tail = 0;
-      if (std::sscanf(options_.water.c_str(), "%lf%c", &level, &tail) != 1)
+      if (std::sscanf(options_.water.c_str(), "%lf%c", &level, &tail) != 1 || !std::isfinite(level))
         return makeError("--water {}: expected a height in metres, auto or off", options_.water);
       options_.style.waterLevelMeters = level;
     }
@@ -157,7 +175,7 @@ class RenderCommand {
   /// Lines on the ground, and the caller's own passes: --lines, --pass.
   Status addStages() {
     if (!options_.lines.empty()) {
-      TERRANE_ASSIGN(const auto lines, readGroundLines(options_.lines, terrain_->dataset().manifest().frame));
+      TERRANE_ASSIGN(const auto lines, readGroundLines(options_.lines, terrain_->dataset().manifest()));
       TERRANE_TRY(terrain_->setLines(lines));
     }
     // Places count from the middle of the ground, at height 0, as they do in pages.
@@ -166,7 +184,8 @@ class RenderCommand {
     for (const std::string& path : options_.passes) {
       std::ifstream file(path, std::ios::binary);
       std::ostringstream text;
-      if (!file || !(text << file.rdbuf())) return makeError("{}: cannot be read; does it exist?", path);
+      if (!file || (file.peek() != std::ifstream::traits_type::eof() && !(text << file.rdbuf())))
+        return makeError("{}: cannot be read; does it exist?", path);
       TERRANE_TRY(terrain_->setPass(path, text.str(), origin));
     }
     return {};
@@ -246,6 +265,10 @@ class RenderCommand {
 
   Status renderFlight() {
     TERRANE_ASSIGN(const FittedFlight fitted, readFlight(options_.flight, *terrain_));
+    if (options_.atSeconds &&
+        !(*options_.atSeconds >= 0.0 && *options_.atSeconds <= fitted.durationSeconds()))
+      return makeError("--at {}: the flight lasts from 0 to {} s", *options_.atSeconds,
+                       fitted.durationSeconds());
     if (options_.atSeconds) return renderStill(fitted.at(*options_.atSeconds, width_, height_));
     if (!options_.position.empty())
       return makeError("--position needs one moment of the flight; pass --at SECONDS");
@@ -300,7 +323,7 @@ class RenderCommand {
     std::ofstream file(options_.stats);
     file << statsJson(report, frames).dump(2) << "\n";
     file.close();
-    if (!file) return makeError("{}: cannot be written", options_.stats);
+    if (!file) return makeError("{}: cannot be written; make room, or choose another place", options_.stats);
     return {};
   }
 
@@ -369,11 +392,12 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
   command->add_option("--fov", options->fovDegrees, "vertical field of view, degrees")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 170.0));
-  command->add_option("--eye", options->eye, "camera: E,N,H in the dataset's CRS");
+  CLI::Option* eye = command->add_option("--eye", options->eye, "camera: E,N,H in the dataset's CRS");
   command->add_option("--look-at", options->lookAt, "what it looks at: E,N,H");
   command
       ->add_option("--look-from", options->lookFrom, "overview from N, NE, ..., degrees from north, or above")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->excludes(eye);
   command
       ->add_option("--elevation", options->elevationDegrees,
                    "the overview's height above the horizon, degrees")
@@ -409,7 +433,11 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
   command->add_option("--exaggeration", options->selection.exaggeration, "factor on heights")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 100.0));
-  command->add_option("--water", options->water, "height of flat water in metres, auto or off")
+  command
+      ->add_option(
+          "--water", options->water,
+          "height of flat water in metres, off, or auto: 0, where the lowest ground is between -450 and 0 "
+          "m; off where that is dry land")
       ->capture_default_str();
   command->add_option("--palette", options->palette, "colours of the shaded mode")
       ->capture_default_str()

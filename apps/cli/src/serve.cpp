@@ -60,8 +60,8 @@ int runServe(Options options) {
 
   if (!options.quiet) {
     for (const auto& dataset : (*site)->datasets())
-      std::fprintf(stderr, "terrane: serving %s at %sd/%s/\n", dataset.name.c_str(), (*server)->url().c_str(),
-                   dataset.name.c_str());
+      std::fprintf(stderr, "terrane: serving %s at %s%s\n", dataset.name.c_str(), (*server)->url().c_str(),
+                   dataset.path.c_str());
   }
   std::printf("%s\n", (*server)->url().c_str());
   std::fflush(stdout);

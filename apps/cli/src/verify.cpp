@@ -78,6 +78,9 @@ void say(const ComparisonReport& report) {
                formatCount(static_cast<int64_t>(report.onlyInSource)),
                formatCount(static_cast<int64_t>(report.onlyInDataset)));
   }
+  if (report.isWarped)
+    fmt::print(
+        "the source was warped, and is compared as it was warped: its own samples may be further away\n");
   fmt::print("{}\n", report.agrees() ? "the dataset agrees with its source"
                                      : "the dataset DOES NOT agree with its source");
 }

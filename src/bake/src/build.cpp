@@ -270,6 +270,9 @@ Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const Imager
     TERRANE_TRY(fillTiles(source, pyramid, ranksOrNull, corner, jobs, progress));
   }
   TERRANE_ASSIGN(manifest.coveredCells, coverTiles(pyramid, scratch, jobs));
+  if (manifest.coveredCells == 0.0)
+    progress.warn(
+        "there is no ground: nowhere are the four samples around a cell there; nothing will be seen");
   TERRANE_TRY(pruneTiles(pyramid, jobs));
 
   // What the patches get wrong.
@@ -345,8 +348,7 @@ Status checkOutput(const BuildOptions& options) {
 
 Result<BuildReport> buildDataset(const Source& source, const BuildOptions& options, Progress& progress) {
   const auto begin = std::chrono::steady_clock::now();
-  const std::string name =
-      std::filesystem::path(options.output + (options.output.ends_with('/') ? "." : "")).stem().string();
+  const std::string name = datasetNameOf(options.output);
   // Pictures that cannot be taken are known before anything is made.
   const SourcePlan& plan = source.plan();
   TERRANE_ASSIGN(

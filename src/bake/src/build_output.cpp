@@ -125,14 +125,32 @@ Status checkTarget(const std::string& target, bool overwrite, bool justMade) {
   if (!fs::exists(status) || (justMade && saysCommitted(target))) return {};
   if (!overwrite)
     return makeError("{}: exists already; pass --overwrite to replace it, or choose another name", target);
+  if (fs::is_symlink(status))
+    return makeError("{}: is a symbolic link, which is not replaced; name what it points to ({})", target,
+                     fs::read_symlink(target, code).string());
   if (!fs::is_directory(status) || !fs::exists(target + "/manifest.json", code)) {
     return makeError("{}: is no dataset (no manifest.json in it), so it is not replaced; choose another name",
                      target);
+  }
+  // What a dataset does not consist of is somebody's own.
+  for (fs::directory_iterator at(target, code), end; !code && at != end; at.increment(code)) {
+    const fs::path& path = at->path();
+    const bool isOurs =
+        at->is_regular_file(code) && (path.filename() == "manifest.json" || path.extension() == ".pmtiles");
+    if (!isOurs)
+      return makeError(
+          "{}: does not belong to the dataset around it, which would be replaced as a whole; move it "
+          "elsewhere",
+          path.string());
   }
   return {};
 }
 
 }  // namespace
+
+std::string datasetNameOf(const std::string& target) {
+  return fs::path(trimmed(target)).stem().string();
+}
 
 Status checkTarget(const std::string& target, bool overwrite) {
   return checkTarget(trimmed(target), overwrite, true);

@@ -62,6 +62,8 @@ class WorkFolder {
 
 /// May `target` be made, or replaced? Yes also where it stands because an earlier run had just made it.
 Status checkTarget(const std::string& target, bool overwrite);
+/// What a dataset at `target` is called: "alps" for "maps/alps.terrane/".
+std::string datasetNameOf(const std::string& target);
 
 /// The plan of an earlier run that has put the dataset at `target` in its place, and ended before it had
 /// tidied up; else empty.

@@ -312,7 +312,11 @@ Result<ComparisonReport> compareWithSource(const Dataset& dataset, const std::ve
         "{} rasters given, the dataset was built from {}: samples of the others count as differences",
         compared.size(), manifest.inputs.size()));
   }
-  return Comparison(dataset, std::move(compared), options, progress).run();
+  const bool isWarped =
+      std::any_of(compared.begin(), compared.end(), [](const auto& input) { return input.warped; });
+  TERRANE_ASSIGN(ComparisonReport report, Comparison(dataset, std::move(compared), options, progress).run());
+  report.isWarped = isWarped;
+  return report;
 }
 
 }  // namespace terrane

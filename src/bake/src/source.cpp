@@ -86,8 +86,16 @@ class RasterReader final : public SourceReader {
   Error tooHigh(const PlacedInput& input, float height) const {
     return makeError(
         "{}: a height of {:g} m is beyond what steps of {:g} m can hold ({:g} m); give a larger --max-error, "
-        "or --nodata if it means that there is no data",
-        input.raster.path, height, source_->plan.heightStep, source_->largestHeight);
+        "or --nodata with the value that means that there is no data{}",
+        input.raster.path, height, source_->plan.heightStep, source_->largestHeight, rangeOf(input));
+  }
+
+  /// What the file itself holds: between its samples warping makes other values. Reads all of it.
+  static std::string rangeOf(const PlacedInput& input) {
+    const auto dataset = openRaster(input.raster.path);
+    double range[2] = {};
+    if (!dataset.ok() || (*dataset)->GetRasterBand(1)->ComputeRasterMinMax(0, range) != CE_None) return {};
+    return fmt::format(" (the file's values go from {:.10g} to {:.10g})", range[0], range[1]);
   }
 
   // The input, opened now or before; the one not used for longest makes place.

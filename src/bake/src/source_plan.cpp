@@ -165,10 +165,12 @@ Status chooseHeights(PlacedSource& source, const SourceOptions& options) {
 
   const double spacing = std::min(plan.frame.spacingXMeters(), plan.frame.spacingYMeters());
   const double bound = options.maxErrorMeters.value_or(spacing / 200.0);
-  if (!(bound > 0.0) || !std::isfinite(bound)) {
+  constexpr double kLargestBound = 1e5;
+  if (!(bound > 0.0 && bound <= kLargestBound)) {
     return makeError(
-        "--max-error {}: must be a positive number of metres (--lossless keeps integer sources exactly)",
-        bound);
+        "--max-error {}: must be a positive number of metres, {:g} at most (--lossless keeps integer sources "
+        "exactly)",
+        bound, kLargestBound);
   }
   // Heights are floats: rounding may take half of a float's step, which is held back from the bound. It pays
   // for heights up to 32 km where that costs little, else up to 16 km, else as far as an eighth of the bound

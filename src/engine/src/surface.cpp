@@ -10,6 +10,9 @@
 namespace terrane {
 namespace {
 
+/// Finest cells: a place so near a border is on it, whatever its coordinates were rounded to.
+constexpr double kOnBorder = 1e-6;
+
 /// The line from `from` in direction `step`, both in sample coordinates, at a share `t` of it.
 struct Line {
   glm::dvec2 from;
@@ -28,10 +31,14 @@ Exit exitOf(double from, double step, int64_t cell, int64_t size) {
   return {};
 }
 
-/// The cell that a line is in just after a place: on an edge, the one that it goes into.
-int64_t cellAfter(double place, double step) {
-  const double cell = step < 0.0 ? std::ceil(place) - 1.0 : std::floor(place);
-  return static_cast<int64_t>(cell);
+/// The cell of a place on a line; along the data's last row or column, the one before it.
+int64_t cellAt(double place, double step, int64_t extent) {
+  if (step == 0.0 && std::abs(place - static_cast<double>(extent - 1)) <= kOnBorder) return extent - 2;
+  return static_cast<int64_t>(std::floor(place));
+}
+/// The same just after it: on an edge, the one that the line goes into.
+int64_t cellAfter(double place, double step, int64_t extent) {
+  return step < 0.0 ? static_cast<int64_t>(std::ceil(place)) - 1 : cellAt(place, step, extent);
 }
 
 /// The part of the line, as shares, inside the world; empty (begin > end) where it never is.
@@ -150,8 +157,34 @@ glm::dvec2 Surface::placeInTile(glm::dvec2 sample) const {
 
 Result<std::optional<double>> Surface::heightAt(glm::dvec2 sample) {
   TERRANE_ASSIGN(const bool isInside, goTo(sample));
-  if (!isInside) return std::optional<double>{};
-  return heightInTile(path_.back().tile->samples, placeInTile(sample), groundOf(isUnfinished_));
+  if (isInside) {
+    const auto height =
+        heightInTile(path_.back().tile->samples, placeInTile(sample), groundOf(isUnfinished_));
+    if (height) return height;
+  }
+  return heightAtBorder(sample);
+}
+
+Result<std::optional<double>> Surface::heightAtBorder(glm::dvec2 sample) {
+  const glm::dvec2 nearest(std::round(sample.x), std::round(sample.y));
+  const bool isBetweenColumns = std::abs(sample.x - nearest.x) <= kOnBorder,
+             isBetweenRows = std::abs(sample.y - nearest.y) <= kOnBorder;
+  for (int side = 1; side < 4; ++side) {
+    const int west = side & 1, north = side >> 1;
+    if ((west != 0 && !isBetweenColumns) || (north != 0 && !isBetweenRows)) continue;
+    // The middle of the cell, and the place in it, which may be a little beyond.
+    const glm::dvec2 middle(west != 0 ? nearest.x - 0.5 : std::floor(sample.x) + 0.5,
+                            north != 0 ? nearest.y - 0.5 : std::floor(sample.y) + 0.5);
+    TERRANE_ASSIGN(const bool isInside, goTo(middle));
+    if (!isInside) continue;
+    const glm::dvec2 inTile = placeInTile(middle), place = placeInTile(sample);
+    const int col = static_cast<int>(inTile.x), row = static_cast<int>(inTile.y);
+    const auto cell = cellHeights(path_.back().tile->samples, col, row, groundOf(isUnfinished_));
+    if (cell)
+      return std::optional(
+          cell->at(std::clamp(place.x - col, 0.0, 1.0), std::clamp(place.y - row, 0.0, 1.0)));
+  }
+  return std::optional<double>{};
 }
 
 Result<std::optional<double>> Surface::filledHeightAt(glm::dvec2 sample) {
@@ -190,7 +223,9 @@ Result<std::vector<SurfacePiece>> Surface::along(glm::dvec2 from, glm::dvec2 to,
 
   const auto clampCell = [&](int64_t cell) { return std::clamp<int64_t>(cell, 0, side - 1); };
   const glm::dvec2 entry = line.at(begin);
-  int64_t col = clampCell(cellAfter(entry.x, line.step.x)), row = clampCell(cellAfter(entry.y, line.step.y));
+  const Manifest& manifest = source_.manifest();
+  int64_t col = clampCell(cellAfter(entry.x, line.step.x, manifest.extentCols)),
+          row = clampCell(cellAfter(entry.y, line.step.y, manifest.extentRows));
   double t = begin;
   for (;;) {
     // The cell of the deepest stored tile, in cells of the finest level; from there the line goes on by
@@ -241,10 +276,10 @@ Result<std::vector<SurfacePiece>> Surface::along(glm::dvec2 from, glm::dvec2 to,
         (byY && (exitY.next < 0 || exitY.next >= side)))
       break;
     const glm::dvec2 place = line.at(t);
-    col =
-        byX ? exitX.next : std::clamp(static_cast<int64_t>(std::floor(place.x)), cellCol, cellCol + size - 1);
-    row =
-        byY ? exitY.next : std::clamp(static_cast<int64_t>(std::floor(place.y)), cellRow, cellRow + size - 1);
+    col = byX ? exitX.next
+              : std::clamp(cellAt(place.x, line.step.x, manifest.extentCols), cellCol, cellCol + size - 1);
+    row = byY ? exitY.next
+              : std::clamp(cellAt(place.y, line.step.y, manifest.extentRows), cellRow, cellRow + size - 1);
   }
   if (t < 1.0) {
     if (t >= end && end >= 1.0)
@@ -265,7 +300,9 @@ Result<std::optional<SurfaceHit>> Surface::firstHit(glm::dvec3 from, glm::dvec3 
 
   const auto clampCell = [&](int64_t cell) { return std::clamp<int64_t>(cell, 0, side - 1); };
   const glm::dvec2 entry = line.at(begin);
-  int64_t col = clampCell(cellAfter(entry.x, line.step.x)), row = clampCell(cellAfter(entry.y, line.step.y));
+  const Manifest& manifest = source_.manifest();
+  int64_t col = clampCell(cellAfter(entry.x, line.step.x, manifest.extentCols)),
+          row = clampCell(cellAfter(entry.y, line.step.y, manifest.extentRows));
   double t = begin;
   TileId rangedTile{-1, 0, 0};
   int rangedBlock = -1;
@@ -339,12 +376,12 @@ Result<std::optional<SurfaceHit>> Surface::firstHit(glm::dvec3 from, glm::dvec3 
         (byY && (exitY.next < 0 || exitY.next >= side)))
       return std::optional<SurfaceHit>{};
     const glm::dvec2 place = line.at(t);
-    const auto within = [&](double at, int64_t cell) {
+    const auto within = [&](int64_t at, int64_t cell) {
       const int64_t first = cell >> sizeShift << sizeShift;
-      return std::clamp(static_cast<int64_t>(std::floor(at)), first, first + (int64_t{1} << sizeShift) - 1);
+      return std::clamp(at, first, first + (int64_t{1} << sizeShift) - 1);
     };
-    col = byX ? exitX.next : within(place.x, col);
-    row = byY ? exitY.next : within(place.y, row);
+    col = byX ? exitX.next : within(cellAt(place.x, line.step.x, manifest.extentCols), col);
+    row = byY ? exitY.next : within(cellAt(place.y, line.step.y, manifest.extentRows), row);
   }
 }
 

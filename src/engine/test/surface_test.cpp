@@ -79,6 +79,55 @@ TEST_F(SurfaceTest, GivesTheSameHeightsAsAQueryTileByTileWhateverTheBudget) {
   }
 }
 
+TEST_F(SurfaceTest, GroundHasItsBorder) {
+  SurfaceTiles tiles(*dataset_, uint64_t{64} << 20);
+  Surface surface(tiles);
+  // Where a cell is ground, so are its corners and edges: around the lake, where levels meet, at the end of
+  // the data.
+  int checked = 0;
+  const auto check = [&](int col, int row) {
+    const auto middle = surface.heightAt({col + 0.5, row + 0.5});
+    ASSERT_TRUE(middle.ok());
+    if (!*middle) return;
+    for (const glm::dvec2 at :
+         {glm::dvec2(0, 0), glm::dvec2(1, 0), glm::dvec2(0, 1), glm::dvec2(1, 1), glm::dvec2(0.3, 0),
+          glm::dvec2(0.3, 1), glm::dvec2(0, 0.3), glm::dvec2(1, 0.3), glm::dvec2(1.0 + 1e-9, 1.0 + 1e-9)}) {
+      const auto height = surface.heightAt(glm::dvec2(col, row) + at);
+      ASSERT_TRUE(height.ok());
+      EXPECT_TRUE(*height) << col + at.x << " " << row + at.y;
+    }
+    ++checked;
+  };
+  for (int i = 0; i < 700; ++i) {
+    check(i, 500);
+    check(900, i);
+    check(i, 798);
+    check(898, i);
+    check(i, 249);
+    check(918, i + 250);
+  }
+  EXPECT_GT(checked, 1000);
+
+  // The last row of samples, from end to end.
+  const Manifest& manifest = dataset_->manifest();
+  const auto south = static_cast<double>(manifest.extentRows - 1),
+             east = static_cast<double>(manifest.extentCols - 1);
+  for (const auto& [from, to] : {std::pair{glm::dvec2(310.0, south), glm::dvec2(900.0, south)},
+                                 std::pair{glm::dvec2(east, 630.0), glm::dvec2(east, 790.0)}}) {
+    const auto pieces = surface.along(from, to, 10000);
+    ASSERT_TRUE(pieces.ok());
+    for (const SurfacePiece& piece : *pieces) {
+      EXPECT_TRUE(piece.isGround) << piece.begin;
+      const auto height = surface.heightAt(from + (piece.begin + 1e-9) * (to - from));
+      ASSERT_TRUE(height.ok() && *height);
+      EXPECT_NEAR(piece.beginHeight, **height, 0.01);
+    }
+  }
+  // Beyond it there is none.
+  EXPECT_FALSE(surface.heightAt({400.0, south + 1e-3}).value());
+  EXPECT_FALSE(surface.heightAt({-1e-3, 100.0}).value());
+}
+
 TEST_F(SurfaceTest, PiecesOfALineAreTheSurfaceExactly) {
   SurfaceTiles tiles(*dataset_, uint64_t{64} << 20);
   Surface surface(tiles);

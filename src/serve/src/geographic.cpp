@@ -56,8 +56,9 @@ std::unique_ptr<Geographic::Transform> Geographic::take() {
   made->context = proj_context_create();
   proj_log_level(made->context, PJ_LOG_NONE);
   proj_context_set_enable_network(made->context, 0);
+  // note: by its EPSG name, as a build warps; for "OGC:CRS84" PROJ takes another way from NAD83, a metre off.
   made->transform = eastBeforeNorth(
-      made->context, proj_create_crs_to_crs(made->context, "OGC:CRS84", crsWkt_.c_str(), nullptr));
+      made->context, proj_create_crs_to_crs(made->context, "EPSG:4326", crsWkt_.c_str(), nullptr));
   made->findOwnDegrees(crsWkt_);
   return made;
 }

@@ -106,7 +106,8 @@ Result<std::unique_ptr<Site>> Site::open(const SiteOptions& options, Metrics& me
 
 std::vector<Site::Listed> Site::datasets() const {
   std::vector<Listed> out;
-  for (const auto& served : state_->datasets) out.push_back({served->name, served->hash});
+  for (const auto& served : state_->datasets)
+    out.push_back({served->name, served->hash, "d/" + escapeSegment(served->name) + "/"});
   return out;
 }
 

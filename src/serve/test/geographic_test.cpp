@@ -36,6 +36,15 @@ TEST(Geographic, LengthsAreThoseOnTheEllipsoid) {
   EXPECT_NEAR(lengthIn("EPSG:2229", {{6.5e6, 1.8e6}, {6.5e6 + 1000.0, 1.8e6}}), 304.8, 0.05);
 }
 
+TEST(Geographic, DatumsAreRelatedAsABuildWarps) {
+  // NAD83 and WGS 84 are taken for the same, as GDAL does where it has no grids, not for a metre apart.
+  const auto nad = Geographic("EPSG:26910").crsFromGeographic({-121.72, 45.37});
+  const auto wgs = Geographic("EPSG:32610").crsFromGeographic({-121.72, 45.37});
+  ASSERT_TRUE(nad && wgs);
+  EXPECT_NEAR(nad->x, wgs->x, 0.01);
+  EXPECT_NEAR(nad->y, wgs->y, 0.01);
+}
+
 TEST(Geographic, LengthsAreKnownOnOtherBodies) {
   const char* moon = "+proj=merc +R=1737400 +units=m +no_defs +type=crs";
   const double north = 1737400.0 * std::log(std::tan(75.0 * M_PI / 180.0));  // 60 degrees

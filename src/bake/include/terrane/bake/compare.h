@@ -32,6 +32,8 @@ struct ComparisonReport {
   double largestEasting = 0.0;  ///< where the largest is, in the dataset's CRS
   double largestNorthing = 0.0;
   double boundMeters = 0.0;  ///< what the manifest states; 0 for lossless
+  /// Some raster was warped, and compared as it was warped: between its own samples, not at them.
+  bool isWarped = false;
 
   bool withinBound() const { return largestMeters <= boundMeters; }
   bool sameVoids() const { return onlyInSource == 0 && onlyInDataset == 0; }

@@ -78,7 +78,8 @@ class Surface {
   explicit Surface(SurfaceSource& source, int finestLevel = kMaxLevel)
       : source_(source), finestLevel_(finestLevel) {}
 
-  /// The height in metres at sample coordinates (tiling/frame.h), or nothing where there is no ground.
+  /// The height in metres at sample coordinates (tiling/frame.h), or nothing where there is no ground. Ground
+  /// has its border: a place between cells has the height of any of them.
   Result<std::optional<double>> heightAt(glm::dvec2 sample);
 
   /// The same, and where there is no ground what the void was filled with: a smooth continuation of what is
@@ -114,6 +115,8 @@ class Surface {
   Result<bool> goTo(glm::dvec2 sample);
   /// The place in cells of the tile that goTo() went to.
   glm::dvec2 placeInTile(glm::dvec2 sample) const;
+  /// heightAt() of the cells to the west and north, as far as the place lies on their border.
+  Result<std::optional<double>> heightAtBorder(glm::dvec2 sample);
 
   SurfaceSource& source_;
   int finestLevel_;

@@ -33,7 +33,8 @@ struct ServerLimits {
   double headSeconds = 10.0;       ///< from a request's first byte to the end of its head; 408 beyond
   double bodySeconds = 30.0;       ///< for the body; 408 beyond
   double idleSeconds = 60.0;  ///< between requests, and without progress while an answer is sent; then closed
-  size_t waitingQuestions = 64;  ///< answers that take long and have not begun; 503 beyond
+  /// Answers that take long and have not begun; 503 beyond. A web map asks for a hundred tiles at once.
+  size_t waitingQuestions = 256;
 };
 
 struct ServerOptions {

@@ -35,6 +35,7 @@ class Site final : public HttpHandler {
   struct Listed {
     std::string name;
     std::string hash;
+    std::string path;  ///< of its address, behind the server's: "d/alps/"
   };
   std::vector<Listed> datasets() const;
 
