@@ -46,8 +46,27 @@ Camera overviewCamera(const GroundBox& ground, double azimuthDegrees, double ele
   const double tanX = camera.tanHalfX() * kFill, tanY = camera.tanHalfY() * kFill;
   const glm::dvec2 across = wedge(camera.right, tanX), along = wedge(camera.up, tanY);
   const double distance = std::max((across.x - across.y) / (2.0 * tanX), (along.x - along.y) / (2.0 * tanY));
-  camera.eyeLocal = middle - camera.forward * distance + camera.right * (0.5 * (across.x + across.y)) +
-                    camera.up * (0.5 * (along.x + along.y));
+
+  // From there, as much room on one side of the ground as on the other: what one is at falls as the eye
+  // moves.
+  const double reach = glm::length(ground.high - middle);
+  const auto centered = [&](const glm::dvec3& axis) {
+    double low = -reach, high = reach;
+    for (int turn = 0; turn < 60; ++turn) {
+      const double offset = 0.5 * (low + high);
+      double least = 1e300, most = -1e300;
+      for (const glm::dvec3& corner : cornersOf(ground)) {
+        const double slope = (glm::dot(corner - middle, axis) - offset) /
+                             (glm::dot(corner - middle, camera.forward) + distance);
+        least = std::min(least, slope);
+        most = std::max(most, slope);
+      }
+      (least + most > 0.0 ? low : high) = offset;
+    }
+    return 0.5 * (low + high);
+  };
+  camera.eyeLocal = middle - camera.forward * distance + camera.right * centered(camera.right) +
+                    camera.up * centered(camera.up);
   return camera;
 }
 
