@@ -42,15 +42,23 @@ nlohmann::json toJson(const VerifyReport& report) {
 }
 
 nlohmann::json toJson(const ComparisonReport& report) {
-  return {{"ok", report.agrees()},
-          {"compared", report.compared},
-          {"only_in_source", report.onlyInSource},
-          {"only_in_dataset", report.onlyInDataset},
-          {"interpolated", report.interpolated},
-          {"largest_meters", report.largestMeters},
-          {"mean_meters", report.meanMeters},
-          {"largest_at", {report.largestEasting, report.largestNorthing}},
-          {"bound_meters", report.boundMeters}};
+  nlohmann::json out = {{"ok", report.agrees()},
+                        {"compared", report.compared},
+                        {"only_in_source", report.onlyInSource},
+                        {"only_in_dataset", report.onlyInDataset},
+                        {"interpolated", report.interpolated},
+                        {"largest_meters", report.largestMeters},
+                        {"mean_meters", report.meanMeters},
+                        {"largest_at", {report.largestEasting, report.largestNorthing}},
+                        {"bound_meters", report.boundMeters}};
+  if (report.ownSamples) {
+    const OwnSamples& own = *report.ownSamples;
+    out["own_samples"] = {{"compared", own.compared},
+                          {"largest_meters", own.largestMeters},
+                          {"mean_meters", own.meanMeters},
+                          {"largest_at", {own.largestEasting, own.largestNorthing}}};
+  }
+  return out;
 }
 
 void say(const Options& options, const VerifyReport& report) {
@@ -78,7 +86,14 @@ void say(const ComparisonReport& report) {
                formatCount(static_cast<int64_t>(report.onlyInSource)),
                formatCount(static_cast<int64_t>(report.onlyInDataset)));
   }
-  if (report.isWarped)
+  if (report.ownSamples) {
+    const OwnSamples& own = *report.ownSamples;
+    fmt::print(
+        "that is of the source as it was warped; its own samples, {} of them, are {:.3g} m off on average, "
+        "at most {:.3g} m, at {:.3f}, {:.3f}\n",
+        formatCount(static_cast<int64_t>(own.compared)), own.meanMeters, own.largestMeters,
+        own.largestEasting, own.largestNorthing);
+  } else if (report.isWarped)
     fmt::print(
         "the source was warped, and is compared as it was warped: its own samples may be further away\n");
   fmt::print("{}\n", report.agrees() ? "the dataset agrees with its source"

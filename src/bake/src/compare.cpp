@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "compare_own_samples.h"
 #include "compare_raster.h"
 #include "input_crs.h"
 #include "input_list.h"
@@ -314,8 +315,15 @@ Result<ComparisonReport> compareWithSource(const Dataset& dataset, const std::ve
   }
   const bool isWarped =
       std::any_of(compared.begin(), compared.end(), [](const auto& input) { return input.warped; });
+  const bool isAlone = isWarped && compared.size() == 1 && manifest.inputs.size() == 1;
+  const std::optional<InputRaster> alone =
+      isAlone ? std::optional<InputRaster>(compared.front().raster) : std::nullopt;
   TERRANE_ASSIGN(ComparisonReport report, Comparison(dataset, std::move(compared), options, progress).run());
   report.isWarped = isWarped;
+  // note: what is placed by ground control points has no places of its own.
+  if (alone && alone->hasGeoTransform) {
+    TERRANE_ASSIGN(report.ownSamples, compareOwnSamples(dataset, *alone, options.cancel, progress));
+  }
   return report;
 }
 

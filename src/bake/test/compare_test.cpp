@@ -97,7 +97,30 @@ TEST(Compare, FloatsAndWarpedOnesStayWithinTheirBound) {
     EXPECT_GT(report.largestMeters, 0.5 * report.boundMeters);
     EXPECT_LT(report.meanMeters, report.largestMeters);
     EXPECT_GT(report.compared, 100000u);
+    // Between their samples warped ones lose what their noise is.
+    ASSERT_EQ(report.ownSamples.has_value(), *crs != 0);
+    if (!report.ownSamples) continue;
+    EXPECT_GT(report.ownSamples->compared, 100000u);
+    EXPECT_GT(report.ownSamples->largestMeters, report.boundMeters);
+    EXPECT_LT(report.ownSamples->largestMeters, 0.37 * 5.0);
+    EXPECT_LT(report.ownSamples->meanMeters, 0.37);
   }
+}
+
+TEST(Compare, APlaneLosesNothingBetweenItsSamples) {
+  TempFolder folder;
+  writeRaster(folder / "a.tif", {.width = 400, .height = 300, .heightAt = [](int c, int r) {
+                                   return 100.0 + 2.0 * c + 3.0 * r;
+                                 }});
+  auto options = from({folder / "a.tif"});
+  options.crs = "EPSG:32633";
+  const auto dataset = buildAndOpen(options, folder / "a.terrane");
+  ASSERT_TRUE(dataset);
+  const auto report = compare(*dataset, {folder / "a.tif"});
+  EXPECT_TRUE(report.agrees());
+  ASSERT_TRUE(report.ownSamples);
+  EXPECT_GT(report.ownSamples->compared, 100000u);
+  EXPECT_LT(report.ownSamples->meanMeters, 2.0 * report.boundMeters);
 }
 
 TEST(Compare, SeesWhatHasChanged) {

@@ -22,6 +22,16 @@ struct CompareOptions {
 };
 
 /// How a dataset's finest samples differ from the rasters it was built from.
+/// A warped raster's samples at their own places, against the surface: what lies between the dataset's
+/// samples is not in its bound.
+struct OwnSamples {
+  uint64_t compared = 0;  ///< of the raster's, evenly spread
+  double largestMeters = 0.0;
+  double meanMeters = 0.0;
+  double largestEasting = 0.0;  ///< where the largest is, in the dataset's CRS
+  double largestNorthing = 0.0;
+};
+
 struct ComparisonReport {
   uint64_t compared = 0;        ///< samples with a height on both sides
   uint64_t onlyInSource = 0;    ///< void in the dataset only
@@ -34,6 +44,7 @@ struct ComparisonReport {
   double boundMeters = 0.0;  ///< what the manifest states; 0 for lossless
   /// Some raster was warped, and compared as it was warped: between its own samples, not at them.
   bool isWarped = false;
+  std::optional<OwnSamples> ownSamples{};  ///< of a raster that was warped and is the only one
 
   bool withinBound() const { return largestMeters <= boundMeters; }
   bool sameVoids() const { return onlyInSource == 0 && onlyInDataset == 0; }
