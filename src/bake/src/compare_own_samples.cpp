@@ -9,6 +9,7 @@
 
 #include "input_crs.h"
 #include "stored_tiles.h"
+#include "terrane/codec/cell_height.h"
 
 namespace terrane {
 namespace {
@@ -25,21 +26,10 @@ Result<std::optional<double>> surfaceAt(StoredTiles& tiles, const Manifest& mani
   const TileId id{manifest.frame.finestLevel, static_cast<int32_t>(col / kTileCells),
                   static_cast<int32_t>(row / kTileCells)};
   TERRANE_ASSIGN(const auto stored, tiles.read(id));
-  const TileSamples& samples = stored->tile.samples;
-  const auto at = static_cast<size_t>(row % kTileCells * kTileSamples + col % kTileCells);
-  const size_t corners[4] = {at, at + 1, at + kTileSamples, at + kTileSamples + 1};
-  double h[4];
-  for (int i = 0; i < 4; ++i) {
-    if (samples.states[corners[i]] == SampleState::Void) return std::optional<double>{};
-    h[i] = static_cast<double>(samples.heights[corners[i]]);
-  }
-  // The two triangles of a cell share the diagonal between its even corners.
-  const double u = x - static_cast<double>(col), v = y - static_cast<double>(row);
-  if ((col + row) % 2 == 0)
-    return std::optional(u >= v ? h[0] + u * (h[1] - h[0]) + v * (h[3] - h[1])
-                                : h[0] + v * (h[2] - h[0]) + u * (h[3] - h[2]));
-  return std::optional(u + v <= 1.0 ? h[0] + u * (h[1] - h[0]) + v * (h[2] - h[0])
-                                    : h[3] + (1.0 - u) * (h[2] - h[3]) + (1.0 - v) * (h[1] - h[3]));
+  const auto cell = cellHeights(stored->tile.samples, static_cast<int>(col % kTileCells),
+                                static_cast<int>(row % kTileCells));
+  if (!cell) return std::optional<double>{};
+  return std::optional(cell->at(x - static_cast<double>(col), y - static_cast<double>(row)));
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "cell_height.h"
+#include "terrane/codec/cell_height.h"
 
 namespace terrane {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "cell_height.h"
+#include "terrane/codec/cell_height.h"
 #include "terrane/tiling/node_layout.h"
 
 namespace terrane {
