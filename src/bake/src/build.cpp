@@ -209,6 +209,16 @@ uint64_t roomFor(const Source& source) {
   return static_cast<uint64_t>(tiles * kTileSampleCount * perSample * 4.0 / 3.0);
 }
 
+/// Says so where the lowest or highest ground is at a height that mostly stands for no data.
+void warnOfSentinels(const HeightRange& range, Progress& progress) {
+  for (const double height : {-9999.0, -32767.0, -32768.0, -99999.0, 32767.0, 65535.0}) {
+    if (range.low == height || range.high == height)
+      progress.warn(fmt::format(
+          "there is ground at {0:g} m, which mostly stands for no data; if it does, pass --nodata {0:g}",
+          height));
+  }
+}
+
 /// The build in its work folder, up to the last rename.
 Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const ImageryPlan& imagery,
                             const BuildOptions& options, const std::string& name, Progress& progress) {
@@ -283,6 +293,7 @@ Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const Imager
                                                       : HeightRange{};
   manifest.minHeight = range.low;
   manifest.maxHeight = range.high;
+  warnOfSentinels(range, progress);
   chooseCodeUnits(range, plan.maxErrorMeters, plan.frame.finestLevel, scale);
   TERRANE_TRY(saturateNodes(pyramid, stores, scale, plan.maxErrorMeters, jobs));
   scale.roughness =

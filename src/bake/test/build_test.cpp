@@ -352,6 +352,27 @@ class WarningCount final : public Progress {
   std::string last;
 };
 
+TEST_F(BuildTest, WarnsOfWhatWillNotBeSeenOrStandsForNoData) {
+  const auto warningOf = [&](const FunctionSource& source) {
+    BuildOptions options;
+    options.output = path("w.terrane");
+    options.overwrite = true;
+    WarningCount progress;
+    EXPECT_TRUE(buildDataset(source, options, progress).ok());
+    return progress.last;
+  };
+  const auto hole = [](float height) {
+    return [height](int64_t x, int64_t y) { return x < 9 && y < 9 ? height : 100.0F; };
+  };
+  EXPECT_NE(warningOf(FunctionSource({{0, 0, 0, 40, 40, hole(-9999.0F)}}, 1.0, 0.0)).find("--nodata -9999"),
+            std::string::npos);
+  EXPECT_NE(warningOf(FunctionSource({{0, 0, 0, 40, 40, hole(32767.0F)}}, 1.0, 0.0)).find("--nodata 32767"),
+            std::string::npos);
+  EXPECT_EQ(warningOf(FunctionSource({{0, 0, 0, 40, 40, hole(-85.0F)}}, 1.0, 0.0)), "");
+  EXPECT_NE(warningOf(FunctionSource({{0, 0, 0, 0, 0, hole(1.0F)}}, 1.0, 0.0)).find("no ground"),
+            std::string::npos);
+}
+
 TEST_F(BuildTest, GoesOnFromWhatIsDoneAndGetsTheSameBytes) {
   const FunctionSource source = islands(11);
   ASSERT_TRUE(build(source, "whole.terrane").ok());
