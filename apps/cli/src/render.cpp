@@ -158,6 +158,7 @@ class RenderCommand {
                                                           : suited.palette;
     if (options_.water == "auto") {
       options_.style.waterLevelMeters = suited.waterLevelMeters;
+      options_.style.waterWithinMeters = suited.waterWithinMeters;
     } else if (options_.water != "off") {
       double level = 0.0;
       char tail = 0;
@@ -434,10 +435,10 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
       ->capture_default_str()
       ->check(CLI::Range(0.01, 100.0));
   command
-      ->add_option(
-          "--water", options->water,
-          "height of flat water in metres, off, or auto: 0, where the lowest ground is between -450 and 0 "
-          "m; off where that is dry land")
+      ->add_option("--water", options->water,
+                   "height of flat water in metres (all ground below is water), off, or auto: the sea, where "
+                   "much ground is level at "
+                   "0")
       ->capture_default_str();
   command->add_option("--palette", options->palette, "colours of the shaded mode")
       ->capture_default_str()

@@ -298,6 +298,7 @@ Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const Imager
   TERRANE_TRY(saturateNodes(pyramid, stores, scale, plan.maxErrorMeters, jobs));
   scale.roughness =
       roughnessOf(pyramid, scale, std::max(plan.frame.spacingXMeters(), plan.frame.spacingYMeters()));
+  TERRANE_ASSIGN(manifest.zeroShare, zeroShareOf(pyramid, plan.maxErrorMeters));
 
   // The archive, then the manifest that vouches for it.
   const std::vector<TileId> tiles = storedTiles(pyramid);

@@ -333,6 +333,18 @@ double roughnessOf(const Pyramid& pyramid, const ElevationScale& scale, double f
   return levels > 0 ? sum / levels : ElevationScale{}.roughness;
 }
 
+Result<double> zeroShareOf(const Pyramid& pyramid, double bound) {
+  TileSamples samples;
+  TERRANE_TRY(pyramid.readSamples(pyramid.levels.front().front(), samples));
+  size_t ground = 0, atZero = 0;
+  for (size_t i = 0; i < samples.heights.size(); ++i) {
+    if (samples.states[i] == SampleState::Void) continue;
+    ++ground;
+    if (std::abs(static_cast<double>(samples.heights[i])) <= bound) ++atZero;
+  }
+  return ground > 0 ? static_cast<double>(atZero) / static_cast<double>(ground) : 0.0;
+}
+
 Status takeNodes(Pyramid& pyramid, const NodeStores& stores) {
   for (int level = 0; level <= pyramid.finestLevel(); ++level) {
     LevelNodes& nodes = pyramid.nodes[static_cast<size_t>(level)];

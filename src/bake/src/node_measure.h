@@ -35,6 +35,10 @@ Status saturateNodes(Pyramid& pyramid, NodeStores& stores, const ElevationScale&
 /// the usual one where there is but one level. `finestSpacingMeters`: the larger of x and y.
 double roughnessOf(const Pyramid& pyramid, const ElevationScale& scale, double finestSpacingMeters);
 
+/// The share of the root's samples with ground that stand at 0 (Manifest::zeroShare). `bound`: how far a
+/// height may be off. Error: the samples cannot be read.
+Result<double> zeroShareOf(const Pyramid& pyramid, double bound);
+
 /// For checks: what was measured, gathered and coded, into pyramid.nodes.
 Status takeNodes(Pyramid& pyramid, const NodeStores& stores);
 

@@ -550,6 +550,10 @@ class Verifier {
     const double said = manifest_.scale.roughness;
     if (said != ElevationScale{}.roughness && std::abs(said - rough) > 1e-9 * (1.0 + rough))
       faults_.add("the ground's roughness is {}, the manifest says {}", rough, said);
+    const auto zero = zeroShareOf(pyramid_, manifest_.maxErrorMeters);
+    if (manifest_.zeroShare && zero.ok() && std::abs(*zero - *manifest_.zeroShare) > 1e-12)
+      faults_.add("a share of {} of the root's ground stands at 0, the manifest says {}", *zero,
+                  *manifest_.zeroShare);
   }
 
   const Dataset& dataset_;

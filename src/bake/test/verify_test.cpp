@@ -215,6 +215,16 @@ TEST_F(VerifyTest, SeesAWrongRoughness) {
   expectFault("roughness");
 }
 
+TEST_F(VerifyTest, SeesAWrongShareOfZeros) {
+  auto dataset = Dataset::open(directory_);
+  ASSERT_TRUE(dataset.ok());
+  Manifest manifest = dataset->manifest();
+  ASSERT_TRUE(manifest.zeroShare);
+  manifest.zeroShare = *manifest.zeroShare + 0.01;
+  write(file("manifest.json"), manifestToJson(manifest));
+  expectFault("stands at 0");
+}
+
 TEST_F(VerifyTest, SeesAWrongCoverage) {
   rewrite({2, 1, 1}, [](Tile& tile) {
     ASSERT_EQ(tile.samples.coverage.kind, Coverage::Kind::Partial);

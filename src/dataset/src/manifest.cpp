@@ -287,6 +287,7 @@ void readElevation(const MemberReader& members, Manifest& manifest) {
   json.readInteger("tileCount", manifest.tileCount, 0, kLargestInteger);
   json.read("coveredCells", manifest.coveredCells, 0.0, 1e18);
   if (json.has("roughness")) json.read("roughness", scale.roughness, 0.0, 1e9);
+  if (json.has("zeroShare")) json.read("zeroShare", manifest.zeroShare.emplace(), 0.0, 1.0);
 }
 
 }  // namespace
@@ -371,6 +372,7 @@ std::string manifestToJson(const Manifest& manifest) {
       {"archives", archives},
       {"manifestSha256", std::string(kSealDigits, '0')},
   };
+  if (manifest.zeroShare) json["layers"]["elevation"]["zeroShare"] = *manifest.zeroShare;
   for (const ImageryLayerRecord& layer : manifest.imagery)
     json["layers"]["imagery"].push_back(imageryToJson(layer));
   // File names need not be UTF-8, JSON must be.

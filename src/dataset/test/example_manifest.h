@@ -20,6 +20,7 @@ inline Manifest exampleManifest() {
   manifest.scale.roughness = 0.27;
   manifest.tileCount = 0;
   manifest.coveredCells = 1234567.0;
+  manifest.zeroShare = 0.125;
   manifest.verticalDatum = "EGM96";
   manifest.attribution = "Höhen: somebody \"quoted\"";
   manifest.inputs.push_back({"n46e008.tif", 2887021, std::string(64, 'a'), 1201, 1201, "Int16",

@@ -43,6 +43,7 @@ TEST(Manifest, ComesBackWhole) {
   EXPECT_EQ(again->archives[0].bytes, 123456789012U);
   EXPECT_EQ(again->inputs[0].noData, "-32767");
   EXPECT_TRUE(again->inputs[0].warped);
+  EXPECT_EQ(again->zeroShare, 0.125);
   EXPECT_EQ(again->crsWkt, manifest.crsWkt);
 }
 

@@ -7,8 +7,13 @@
 namespace terrane {
 namespace {
 
-/// The water level that a dataset seems to have: its sea stands at 0 when the lowest ground is about there.
+/// Of the root's samples: less of them at 0 are no sea.
+constexpr double kLeastSea = 0.005;
+
+/// The water level that a dataset seems to have: its sea stands at 0 where much of the ground does, or in
+/// older datasets, which do not tell, when the lowest ground is about there.
 std::optional<double> seaLevel(const Manifest& manifest) {
+  if (manifest.zeroShare) return *manifest.zeroShare >= kLeastSea ? std::optional(0.0) : std::nullopt;
   if (manifest.minHeight > 0.0 || manifest.minHeight < -450.0 || manifest.maxHeight < 5.0)
     return std::nullopt;
   return 0.0;
@@ -32,6 +37,8 @@ RenderStyle defaultStyle(const Manifest& manifest) {
   style.highMeters = std::max(manifest.maxHeight, manifest.minHeight + 1.0);
   style.palette = isBareWorld(manifest) ? Palette::grey() : Palette::forGround(manifest.maxHeight);
   style.waterLevelMeters = seaLevel(manifest);
+  // A level sea: what lies lower, behind dikes or in a desert, is dry.
+  if (manifest.zeroShare) style.waterWithinMeters = std::max(manifest.maxErrorMeters, 0.05);
   return style;
 }
 

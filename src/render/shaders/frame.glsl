@@ -9,7 +9,7 @@ layout(std140) uniform FrameBlock {
   vec4 uGradient;     // xy: finest data cells in a metre, z: exaggeration
   vec4 uSunDirection; // xyz: towards the sun
   vec4 uHaze;         // x: density a metre at the base height (0: none), y: falloff a metre, z: the eye above the base
-  vec4 uRamp;         // colour position = x * value + y; z: water level in metres, w: 1 where there is water
+  vec4 uRamp;         // colour position = x * value + y; z: water level in metres, w: how far below it ground is water; 0: none
   ivec4 uStyle;       // x: colour mode, y: outline, z: cells along a patch's side, w: colour stops
   vec4 uPixel;        // x: line width in pixels, y: 1 / tau, zw: size of the picture in pixels
   vec4 uImageryLight; // x: how much of light and shade pictures take, y: their brightness

@@ -107,7 +107,7 @@ void main() {
   bool water = false;
   float height = mode == kShaded || mode == kHeight ? shadingHeight(cells) : 0.0;
   if (mode == kShaded) {
-    water = uRamp.w > 0.5 && height <= uRamp.z;
+    water = height <= uRamp.z + min(uRamp.w, 0.01) && height > uRamp.z - uRamp.w;
     ground = rampColor(height);
     // Steep ground is bare rock.
     float steep = smoothstep(0.30, 0.62, 1.0 - normal.z);

@@ -127,7 +127,7 @@ FrameBlock makeFrameBlock(const Frame& frame, const Camera& camera, const Render
   setRamp(block, style);
   if (style.waterLevelMeters) {
     block.ramp.z = static_cast<float>(*style.waterLevelMeters);
-    block.ramp.w = 1.0F;
+    block.ramp.w = static_cast<float>(style.waterWithinMeters.value_or(1e9));
   }
   block.imageryLight = {static_cast<float>(style.imageryRelief), static_cast<float>(style.imageryBrightness),
                         0.0F, 0.0F};

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -68,8 +69,11 @@ struct Manifest {
   double maxHeight = 0.0;
   double maxErrorMeters = 0.0;  ///< stated bound |dataset - source| at the finest level; 0 for lossless
   ElevationScale scale;
-  uint64_t tileCount = 0;                   ///< stored elevation tiles
-  double coveredCells = 0.0;                ///< cells of the finest level that are ground
+  uint64_t tileCount = 0;     ///< stored elevation tiles
+  double coveredCells = 0.0;  ///< cells of the finest level that are ground
+  /// The share of the root's samples with ground that stand at 0, within the bound: where it is not next to
+  /// none, the heights have a level sea there. Nothing in older datasets.
+  std::optional<double> zeroShare;
   std::vector<ImageryLayerRecord> imagery;  ///< bottom to top; empty in datasets without
   std::string verticalDatum;                ///< free text, empty when unknown
   std::string attribution;

@@ -65,6 +65,8 @@ struct RenderStyle {
   double lowMeters = 0.0;      ///< the height of the ramp's first colour, metres, not exaggerated
   double highMeters = 3000.0;  ///< the height of its last colour
   std::optional<double> waterLevelMeters;  ///< ground at or below it is drawn as water (shaded mode)
+  /// Only ground so near to that level is; lower ground is dry. Nothing: all below is water.
+  std::optional<double> waterWithinMeters;
   Palette palette = Palette::land();
   double imageryRelief = 0.45;     ///< how much of light and shade lies over pictures: 0 none, 1 all
   double imageryBrightness = 1.0;  ///< a factor on pictures
