@@ -89,6 +89,23 @@ test("measure: Backspace takes a point back, Enter ends, a click begins anew, Es
   assert.deepEqual(await lineIds(), []);
 });
 
+test("measure: the band to the pointer begins at the point that was added last", async () => {
+  await page.keyboard.press("m");
+  const places = [await placeAt(page, 0.62, 0.3), await placeAt(page, 0.85, 0.6)];
+  for (const place of places) {
+    const at = await pixelOf(page, place.easting, place.northing);
+    await page.mouse.move(at.x, at.y);
+    await page.mouse.click(at.x, at.y);
+    // The pointer has not moved since.
+    await page.waitForFunction(([x, y]) => {
+      const band = document.querySelector(".band");
+      return Math.hypot(Number(band.getAttribute("x1")) - x, Number(band.getAttribute("y1")) - y) < 3;
+    }, [at.x, at.y]);
+  }
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => document.querySelector(".band").getAttribute("visibility") === "hidden");
+});
+
 test("measure: with keys alone, Space adds the middle of the picture", async () => {
   await page.keyboard.press("m");
   await page.keyboard.press("Space");
@@ -198,6 +215,87 @@ test("measure: what it tells becomes as exact as the dataset, though the picture
     await other.context().close();
     await wide.stop();
   }
+});
+
+test("measure and profile: a long line's climb and length over the ground leave nothing out, and agree", async () => {
+  const wide = await serve(makeDataset("wide", { imagery: false, size: 2049 }));
+  const other = await newPage(browser);
+  try {
+    await openViewer(other, wide.url);
+    await lookDown(other);
+    await other.keyboard.press("m");
+    await other.locator("#panel-measure").waitFor();
+    await clickGround(other, 0.45, 0.05);
+    await clickGround(other, 0.95, 0.95);
+    const corners = await other.evaluate(() => window.terraneViewer.lines.get("measure").points);
+    const { heightsMeters: heights } = await wide.ask(`/d/wide/profile?points=${corners.map(pair).join(";")}&samples=20000`);
+    const step = Math.hypot(corners[1].easting - corners[0].easting, corners[1].northing - corners[0].northing) / (heights.length - 1);
+    const all = { up: 0, down: 0, over: 0 };
+    heights.slice(1).forEach((height, i) => {
+      const rise = height - heights[i];
+      all[rise > 0 ? "up" : "down"] += Math.abs(rise);
+      all.over += Math.hypot(step, rise);
+    });
+    const isLike = (shown, told) => near(shown, told, Math.max(0.03 * told, 1.5));
+    const numbersIn = (words) => words.match(/[\d\u202f.]+/g).map((number) => Number(number.replaceAll("\u202f", "")));
+
+    const climb = other.locator("#panel-measure .row.result", { hasText: "Up, down" }).locator("strong");
+    await other.waitForFunction(() => !document.querySelector("#panel-measure").textContent.includes("for now"), null, { timeout: 60000 });
+    await settled(other);
+    const measured = numbersIn(await climb.innerText());
+    assert.ok(isLike(measured[0], all.up) && isLike(measured[1], all.down), `${measured} against ${JSON.stringify(all)}`);
+    assert.ok(near(await resultOf(other, "Over the ground"), all.over, 0.01 * all.over));
+
+    await other.evaluate((corners) => window.terraneApp.lines.add("Long", [corners]), corners);
+    await other.keyboard.press("b");
+    await other.locator(".line-row button[title=Profile]").click();
+    await other.locator(".profile-plot").waitFor();
+    await other.waitForFunction(() => !document.querySelector(".profile-summary").textContent.includes("for now"), null, { timeout: 60000 });
+    const [, up, down] = /· ([\d\u202f]+) m up, ([\d\u202f]+) m down/.exec(await text(other, ".profile-summary")).map((part) => numbersIn(part)[0]);
+    assert.deepEqual([up, down], measured);
+    assert.deepEqual(other.errors, []);
+  } finally {
+    await other.context().close();
+    await wide.stop();
+  }
+});
+
+test("profile: of a line in parts all are shown, one after the other", async () => {
+  const parts = [];
+  for (const ends of [
+    [
+      [0.1, 0.7],
+      [0.3, 0.8],
+    ],
+    [
+      [0.5, 0.9],
+      [0.9, 0.7],
+    ],
+  ])
+    parts.push([await placeAt(page, ...ends[0]), await placeAt(page, ...ends[1])]);
+  await page.evaluate((parts) => window.terraneApp.lines.add("Twice", parts), parts);
+  await page.keyboard.press("b");
+  await page.locator(".line-row button[title=Profile]").click();
+  await page.locator(".profile-plot").waitFor();
+  const summary = await text(page, ".profile-summary");
+  assert.match(summary, /2 parts, one after the other/);
+  const length = parts.reduce((sum, [a, b]) => sum + Math.hypot(b.easting - a.easting, b.northing - a.northing), 0);
+  assert.ok(near(metersOf(summary), length, 0.004 * length), `${summary}: ${length}`);
+  const up = [];
+  for (const part of parts) {
+    const { heightsMeters: heights } = await server.ask(`/d/hills/profile?points=${part.map(pair).join(";")}&samples=2000`);
+    up.push(heights.slice(1).reduce((sum, height, i) => sum + Math.max(0, height - heights[i]), 0));
+  }
+  const told = Number(/([\d\u202f]+) m up/.exec(summary)[1].replaceAll("\u202f", ""));
+  assert.ok(near(told, up[0] + up[1], 0.03 * told + 1.5), `${told} against ${up}`);
+  // The end of the plot is the end of the last part.
+  await page.locator(".profile-plot").focus();
+  await page.keyboard.press("PageUp");
+  for (let i = 0; i < 3; ++i) await page.keyboard.press("Shift+PageDown");
+  assert.match(await text(page, ".profile-summary"), new RegExp(`E ${String(Math.round(parts[1][1].easting)).slice(0, 3)}`));
+  await page.keyboard.press("Escape");
+  assert.ok((await lineIds()).every((id) => id.startsWith("line-")), "the profile's own lines are gone");
+  await removeAll();
 });
 
 test("profile: arrow keys move along it", async () => {

@@ -194,11 +194,7 @@ function rowFor(app: App, line: GroundLine, scale: GroundScale | null): HTMLElem
           title: "Profile",
           "aria-label": `Profile of ${line.name}`,
           on: {
-            click: () => {
-              // Of a line in parts, the one with the most to tell.
-              const [longest] = [...line.parts].sort((a, b) => b.length - a.length);
-              if (longest) app.panels.open(profileOf(line.name, longest));
-            },
+            click: () => app.panels.open(profileOf(line.name, line.parts)),
           },
         },
         icon("profile"),
