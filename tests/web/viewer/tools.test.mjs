@@ -422,7 +422,8 @@ test("lines: drawn by clicks, coloured, widened, saved in WGS 84, removed", asyn
   assert.equal(saved.crs, undefined);
   assert.equal(saved.features.length, 2);
   assert.equal(saved.features[0].properties.name, "Ridge <b>way</b>");
-  assert.equal(saved.features[0].properties.stroke, "#123456");
+  // As the command line's --lines reads it.
+  assert.deepEqual(saved.features[0].properties, { name: "Ridge <b>way</b>", stroke: "#123456", "stroke-meters": 40 });
   const degrees = transform(
     "EPSG:32632",
     "EPSG:4326",
@@ -539,6 +540,92 @@ test("files: GeoJSON in WGS 84, in the dataset's CRS by its member or by its num
   await lookDown(page);
 });
 
+test("files: colours and widths are those of the file, by any of their names, and come back as they were saved", async () => {
+  const ends = [await placeAt(page, 0.3, 0.7), await placeAt(page, 0.6, 0.8)].map((place) => [place.easting, place.northing]);
+  const styles = [
+    [{ stroke: "#f00", "stroke-width": 5 }, ["#ff0000", 5, undefined]],
+    [{ stroke: "rebeccapurple", "stroke-width": "2.5" }, ["#663399", 2.5, undefined]],
+    [{ stroke: "#12345680", "stroke-meters": 12 }, ["#123456", undefined, 12]],
+    // As earlier versions saved it.
+    [{ stroke: "#00ff00", "stroke-width": 12, "stroke-width-unit": "m" }, ["#00ff00", undefined, 12]],
+    [{ color: "rgb(1 2 3)", "stroke-width": -1 }, ["#010203", 3, undefined]],
+    [{ stroke: "url(#a)", "stroke-width": 1e9 }, [undefined, 3, undefined]],
+  ];
+  const features = styles.map(([properties]) => ({
+    type: "Feature",
+    properties: { name: "", ...properties },
+    geometry: { type: "LineString", coordinates: ends },
+  }));
+  const drawn = () =>
+    page.evaluate(() => [...window.terraneViewer.lines.values()].map(({ color, widthPixels, widthMeters }) => [color, widthPixels, widthMeters]));
+  await page.keyboard.press("b");
+  await dropFiles(page, [{ name: "styles.geojson", text: JSON.stringify({ type: "FeatureCollection", features }) }]);
+  await lastToast(page, "6 lines from “styles.geojson”");
+  const before = await drawn();
+  before.forEach(([color, ...widths], i) => {
+    const [wanted, ...wantedWidths] = styles[i][1];
+    if (wanted) assert.equal(color, wanted);
+    assert.match(color, /^#[0-9a-f]{6}$/);
+    assert.deepEqual(widths, wantedWidths, `${i}`);
+  });
+  const { bytes } = await downloaded(page, () => page.locator("#panel-lines [data-do=save]").click());
+  await removeAll();
+  await dropFiles(page, [{ name: "again.geojson", text: bytes.toString() }]);
+  await lastToast(page, "6 lines from “again.geojson”");
+  assert.deepEqual(await drawn(), before);
+  await removeAll();
+  await lookDown(page);
+});
+
+test("on the Moon: degrees are the Moon's, lines are saved in its CRS, and places on the Earth are refused", async () => {
+  const moon = await serve(makeDataset("moon", { imagery: false, onMoon: true }));
+  const other = await newPage(browser);
+  try {
+    await openViewer(other, moon.url);
+    await other.locator(".readout").click();
+    await other.waitForFunction(() => /on the Moon/.test(document.querySelector(".readout").textContent));
+    // A sphere's equator, counted in degrees.
+    const [, latitude, longitude] = /([\d.]+)° N\s+([\d.]+)° E/.exec(await text(other, ".readout"));
+    const perDegree = (1737400 * Math.PI) / 180;
+    assert.ok(Number(longitude) * perDegree > 1.5e6 && Number(longitude) * perDegree < 1.51e6, longitude);
+    assert.ok(Number(latitude) * perDegree > 6e4 && Number(latitude) * perDegree < 7e4, latitude);
+
+    const points = [await placeAt(other, 0.3, 0.4), await placeAt(other, 0.6, 0.7)];
+    await other.evaluate((points) => window.terraneApp.lines.add("Rille", [points]), points);
+    await other.keyboard.press("b");
+    const { bytes } = await downloaded(other, () => other.locator("#panel-lines [data-do=save]").click());
+    await lastToast(other, "WGS 84 is the Earth’s, and this is the Moon");
+    const saved = JSON.parse(bytes.toString());
+    assert.equal(saved.crs.properties.name, await other.evaluate(() => window.terraneViewer.dataset.crsName));
+    const parts = () => other.evaluate(() => window.terraneApp.lines.lines.flatMap((line) => line.parts));
+    await dropFiles(other, [{ name: "again.geojson", text: bytes.toString() }]);
+    await lastToast(other, "1 line from “again.geojson”");
+    const degrees = points.map((point) => [point.easting / perDegree, point.northing / perDegree]);
+    await dropFiles(other, [{ name: "degrees.geojson", text: JSON.stringify({ type: "LineString", coordinates: degrees }) }]);
+    await lastToast(other, "1 line from “degrees.geojson”");
+    const lines = await parts();
+    assert.equal(lines.length, 3);
+    for (const line of lines)
+      line.forEach((point, i) => assert.ok(Math.hypot(point.easting - points[i].easting, point.northing - points[i].northing) < 0.01));
+
+    const point = '<trkpt lat="2" lon="50"/>';
+    await dropFiles(other, [
+      { name: "walk.gpx", text: `<gpx><trk><trkseg>${point}${point}</trkseg></trk></gpx>` },
+      {
+        name: "utm.geojson",
+        text: '{"type":"LineString","crs":{"type":"name","properties":{"name":"EPSG:32632"}},"coordinates":[[500000,1],[500001,1]]}',
+      },
+    ]);
+    for (const name of ["walk.gpx", "utm.geojson"])
+      await lastToast(other, `“${name}” was not opened: it has places on the Earth, and this ground is on the Moon.`);
+    assert.equal((await parts()).length, 3);
+    assert.deepEqual(other.errors, []);
+  } finally {
+    await other.context().close();
+    await moon.stop();
+  }
+});
+
 test("measure: lengths and areas are those on the ground, whatever the projection makes of them", async () => {
   // Web Mercator shows them twice as long here, Lambert's conic a little shorter.
   for (const [name, crs] of [["mercator", 3857], ["lambert", 3034]]) {
@@ -645,6 +732,8 @@ test("files: what cannot be used is said, and nothing breaks", async () => {
     ["far.geojson", '{"type":"LineString","coordinates":[[1,2],[1,"x"]]}', /no pair of numbers/],
     ["null.geojson", '{"type":"FeatureCollection","features":null}', /no list/],
     ["points.geojson", '{"type":"MultiPoint","coordinates":[[1,2],[3,4]]}', /no lines, only 2 single points/],
+    ["point.geojson", '{"type":"Point","coordinates":[1,2]}', /no lines, only 1 single point\./],
+    ["space.geojson", '{"type":"LineString","coordinates":[[1e300,2],[3,4]]}', /the place 1e\+300, 2 has none in/],
     ["deep.geojson", deep, /too deep/],
     [
       "crs.geojson",

@@ -1,12 +1,15 @@
 import type { App } from "../app.js";
 import { type Point, boundsOf } from "../line_store.js";
-import { FileError, type ForeignLines, kMostBytes } from "./foreign_lines.js";
+import { bodyName } from "./body.js";
+import { FileError, type ForeignLines, cleanName, kMostBytes } from "./foreign_lines.js";
 import { readGeoJson } from "./geojson.js";
 import { readGpx } from "./gpx.js";
 import { degreesFrom, epsgOf } from "./projection.js";
 
 /** More features than a list can show go into it as one line. */
 const kMostRows = 60;
+/** No CRS counts further, on bodies that have ground. */
+const kFurthestMeters = 1e8;
 
 /** Takes files as they were dropped: GeoJSON and GPX become lines, a flight is flown. Says what came of each. */
 export async function openFiles(app: App, files: Iterable<File>): Promise<void> {
@@ -43,18 +46,17 @@ async function openFile(app: App, file: File): Promise<void> {
 }
 
 async function showLines(app: App, fileName: string, foreign: ForeignLines): Promise<void> {
-  const leftOut =
-    foreign.pointsLeftOut > 0 ? `${foreign.pointsLeftOut} single ${foreign.pointsLeftOut === 1 ? "point" : "points"} left out` : "";
-  if (foreign.lines.length === 0)
-    throw new FileError(leftOut ? `it has no lines, only ${foreign.pointsLeftOut} single points` : "it has no lines");
+  const single = foreign.pointsLeftOut === 1 ? "1 single point" : `${foreign.pointsLeftOut} single points`;
+  const leftOut = foreign.pointsLeftOut > 0 ? `${single} left out` : "";
+  if (foreign.lines.length === 0) throw new FileError(leftOut ? `it has no lines, only ${single}` : "it has no lines");
   const convert = await converterFor(app, foreign);
-  const placed = foreign.lines.map(({ name, color, parts }) => ({
+  const placed = foreign.lines.map(({ name, style, parts }) => ({
     name,
-    color,
+    style,
     parts: parts.map((part) =>
       part.map(([x, y]): Point => {
         const [easting, northing] = convert(x, y);
-        if (!Number.isFinite(easting) || !Number.isFinite(northing))
+        if (!(Math.max(Math.abs(easting), Math.abs(northing)) * app.dataset.metersPerUnit <= kFurthestMeters))
           throw new FileError(`the place ${x}, ${y} has none in ${app.dataset.crsName}`);
         return { easting, northing };
       }),
@@ -66,7 +68,7 @@ async function showLines(app: App, fileName: string, foreign: ForeignLines): Pro
       plainName,
       placed.flatMap((line) => line.parts),
     );
-  else for (const line of placed) app.lines.add(line.name || plainName, line.parts, line.color);
+  else for (const line of placed) app.lines.add(line.name || plainName, line.parts, line.style);
   const count = placed.length;
   const bounds = boundsOf(placed.flatMap((line) => line.parts));
   const ground = app.dataset.bounds;
@@ -85,7 +87,13 @@ async function showLines(app: App, fileName: string, foreign: ForeignLines): Pro
 async function converterFor(app: App, foreign: ForeignLines): Promise<(x: number, y: number) => readonly [number, number]> {
   const own = epsgOf(app.dataset);
   const asItIs = (x: number, y: number): readonly [number, number] => [x, y];
-  if (foreign.epsg !== undefined && foreign.epsg === own) return asItIs;
+  const { dataset } = app;
+  if (foreign.crsName === dataset.crsName || (foreign.epsg !== undefined && foreign.epsg === own)) return asItIs;
+  if (foreign.crsName !== undefined && foreign.epsg === undefined)
+    throw new FileError(`its CRS “${cleanName(foreign.crsName)}” is not understood`);
+  // EPSG's numbers are of the Earth.
+  if (foreign.epsg !== undefined && !dataset.ellipsoid.isEarth)
+    throw new FileError(`it has places on the Earth, and this ground is on ${bodyName(dataset)}`);
   const bounds = boundsOf(
     foreign.lines.flatMap((line) => line.parts.map((part) => part.map(([easting, northing]) => ({ easting, northing })))),
   );
