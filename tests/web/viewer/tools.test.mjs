@@ -388,6 +388,25 @@ test("line of sight: seen and hidden as the server has it, with where the ground
   assert.deepEqual(await lineIds(), []);
 });
 
+test("line of sight: a height that cannot be is marked, and what is used in its place is said", async () => {
+  await page.keyboard.press("v");
+  await clickGround(page, 0.62, 0.2);
+  await clickGround(page, 0.95, 0.8);
+  await page.locator(".verdict").waitFor();
+  const field = page.locator("[data-above=eye]");
+  const problem = page.locator("#sight-eye-problem");
+  const clearance = await resultOf(page, "Clearance");
+  for (const wrong of ["-5", "", "1000000"]) {
+    await field.fill(wrong);
+    assert.equal(await field.getAttribute("aria-invalid"), "true", wrong);
+    assert.match(await problem.innerText(), /From 0 to 100\u202f000 m: 1\.7 m is used\./, wrong);
+    assert.equal(await resultOf(page, "Clearance"), clearance);
+  }
+  await field.fill("25");
+  assert.equal(await field.getAttribute("aria-invalid"), "false");
+  assert.equal(await problem.innerText(), "");
+});
+
 test("lines: drawn by clicks, coloured, widened, saved in WGS 84, removed", async () => {
   await page.keyboard.press("b");
   await page.locator("#panel-lines").waitFor();
