@@ -480,6 +480,40 @@ test("lines: one that was not ended stays when the panel closes; each has a prof
   await removeAll();
 });
 
+test("the middle of the picture, which Space adds, is covered by no tool, however large the window is", async () => {
+  const points = [await placeAt(page, 0.2, 0.3), await placeAt(page, 0.8, 0.7)];
+  const before = page.viewportSize();
+  try {
+    for (const [width, height] of [
+      [1280, 720],
+      [1000, 700],
+      [900, 640],
+      [768, 1024],
+      [844, 390],
+      [667, 375],
+    ]) {
+      await page.setViewportSize({ width, height });
+      for (const key of ["m", "v", "b", "p"]) {
+        await page.locator(".ground").focus();
+        await page.keyboard.press(key);
+        await page.locator(".panel").waitFor();
+        if (key === "p") await page.evaluate((points) => points.forEach((point) => window.terraneApp.pointing.tool.click(point)), points);
+        const seen = await page.evaluate(() => document.elementFromPoint(innerWidth / 2, innerHeight / 2).className);
+        assert.match(seen, /ground/, `${key} at ${width} x ${height}`);
+        const box = await page.locator(".panel").boundingBox();
+        assert.ok(box.y >= 0 && box.y + box.height <= height && box.x + box.width <= width, `${key} at ${width} x ${height}`);
+        const overflow = await page.locator(".panel").evaluate((element) => element.scrollWidth - element.clientWidth);
+        assert.ok(overflow <= 0, `${key} at ${width} x ${height} is ${overflow} pixels too wide`);
+        await page.keyboard.press("Escape");
+        await page.evaluate(() => window.terraneApp.panels.close());
+      }
+    }
+  } finally {
+    await page.setViewportSize(before);
+  }
+  await lookDown(page);
+});
+
 const removeAll = () => page.evaluate(() => window.terraneApp.lines.lines.forEach((line) => window.terraneApp.lines.remove(line.id)));
 const storedParts = () => page.evaluate(() => window.terraneApp.lines.lines.flatMap((line) => line.parts));
 

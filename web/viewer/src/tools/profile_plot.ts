@@ -110,7 +110,7 @@ export class ProfilePlot {
 
     context.font = `11px ${getComputedStyle(document.body).fontFamily}`;
     context.lineWidth = 1;
-    const heightStep = niceStep(high - low, (height - 30) / 34);
+    const heightStep = niceStep(high - low, (height - 30) / 26);
     const labels: [number, string][] = [];
     for (let value = Math.ceil(low / heightStep) * heightStep; value <= high; value += heightStep)
       labels.push([value, `${formatNumber(value, heightStep < 1 ? 1 : 0)} m`]);
