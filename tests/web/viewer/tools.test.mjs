@@ -288,6 +288,23 @@ test("profile: of a line in parts all are shown, one after the other", async () 
   }
   const told = Number(/([\d\u202f]+) m up/.exec(summary)[1].replaceAll("\u202f", ""));
   assert.ok(near(told, up[0] + up[1], 0.03 * told + 1.5), `${told} against ${up}`);
+  // As a table, too.
+  const { name, bytes } = await downloaded(page, () => page.locator("#panel-profile [data-do=save]").click());
+  assert.equal(name, "hills-profile.csv");
+  const [head, ...rows] = bytes.toString().trim().split("\r\n");
+  assert.equal(head, "part,distance_m,height_m,error_m,easting,northing");
+  assert.ok(rows.length >= 512, `${rows.length} rows`);
+  for (const part of [1, 2]) {
+    const own = rows.map((row) => row.split(",").map(Number)).filter((row) => row[0] === part);
+    for (const [row, place] of [
+      [own[0], parts[part - 1][0]],
+      [own.at(-1), parts[part - 1][1]],
+    ]) {
+      assert.ok(Math.hypot(row[4] - place.easting, row[5] - place.northing) < 0.01, `${row}`);
+      const { heightsMeters } = await server.ask(`/d/hills/elevation?points=${pair(place)}`);
+      assert.ok(near(row[2], heightsMeters[0], Math.max(row[3], 0.1)), `${row} against ${heightsMeters}`);
+    }
+  }
   // The end of the plot is the end of the last part.
   await page.locator(".profile-plot").focus();
   await page.keyboard.press("PageUp");
@@ -816,7 +833,7 @@ test("files: thousands of segments in one file are one row, and are drawn", asyn
   const { west, east, south, north } = await page.evaluate(() => window.terraneViewer.dataset.bounds);
   const features = Array.from({ length: 200 }, (_, i) => ({
     type: "Feature",
-    properties: {},
+    properties: { stroke: "#102030", "stroke-width": i < 100 ? 2 : 3 },
     geometry: {
       type: "LineString",
       coordinates: Array.from({ length: 40 }, (_, k) => [
@@ -830,6 +847,8 @@ test("files: thousands of segments in one file are one row, and are drawn", asyn
   await lastToast(page, "200 lines from");
   assert.equal(await page.locator(".line-row").count(), 1);
   assert.equal(await page.evaluate(() => window.terraneViewer.lines.size), 200);
+  // What all of them have is kept.
+  assert.deepEqual(await page.evaluate(() => [...window.terraneViewer.lines.values()].map((line) => line.color).filter((color) => color !== "#102030")), []);
   await removeAll();
 });
 

@@ -1,5 +1,5 @@
 import type { App } from "../app.js";
-import { type Point, boundsOf } from "../line_store.js";
+import { type LineStyle, type Point, boundsOf } from "../line_store.js";
 import { bodyName } from "./body.js";
 import { FileError, type ForeignLines, cleanName, kMostBytes } from "./foreign_lines.js";
 import { readGeoJson } from "./geojson.js";
@@ -67,6 +67,7 @@ async function showLines(app: App, fileName: string, foreign: ForeignLines): Pro
     app.lines.add(
       plainName,
       placed.flatMap((line) => line.parts),
+      commonStyle(placed.map((line) => line.style)),
     );
   else for (const line of placed) app.lines.add(line.name || plainName, line.parts, line.style);
   const count = placed.length;
@@ -81,6 +82,16 @@ async function showLines(app: App, fileName: string, foreign: ForeignLines): Pro
   }
   app.say(`${what}.`);
   void app.viewer.flyTo(app.viewer.overview(padded(bounds)));
+}
+
+/** What all of them have. */
+function commonStyle(styles: Partial<LineStyle>[]): Partial<LineStyle> {
+  const first = styles[0] ?? {};
+  const isCommon = (name: keyof LineStyle): boolean => styles.every((style) => style[name] === first[name]);
+  return {
+    ...(isCommon("color") && first.color !== undefined ? { color: first.color } : {}),
+    ...(isCommon("width") && isCommon("widthUnit") && first.width !== undefined ? { width: first.width, widthUnit: first.widthUnit ?? "pixels" } : {}),
+  };
 }
 
 /** From the file's places to the dataset's. */

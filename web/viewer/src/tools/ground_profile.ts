@@ -21,7 +21,7 @@ const kPatienceMilliseconds = 2000;
 export interface GroundProfile {
   /** Of all its parts one after the other, with a point without height between two. Distances are those on the ground. */
   points: ProfilePoint[];
-  /** Where parts end and others begin, metres on the ground. */
+  /** Which of them stand between parts. */
   breaks: number[];
   lengthOnMap: number;
   lengthOverGround: number;
@@ -39,6 +39,8 @@ export class ProfileKeeper {
   now: GroundProfile | null = null;
   private timer = 0;
   private line = "";
+  /** Of its parts, on the map. */
+  private lengths: number[] = [];
   private changedAt = 0;
 
   /** `refined`: told when the fine one is here. `scale` and `parts` are asked for what they are then. */
@@ -52,6 +54,8 @@ export class ProfileKeeper {
   /** Takes it anew, when the line is another or its ground may be finer. */
   renew(): GroundProfile | null {
     clearTimeout(this.timer);
+    const onMap = mapDistance(this.app.dataset.metersPerUnit);
+    this.lengths = this.parts().map((part) => lengthOfCorners(part, onMap));
     const line = this.signature();
     const isAnother = line !== this.line;
     if (isAnother) this.changedAt = performance.now();
@@ -60,6 +64,11 @@ export class ProfileKeeper {
     // A fine one stays until there is another.
     if (isAnother || !isLong || this.now === null || this.now.isPreliminary) this.now = this.take(kMostAtOnce);
     if (isLong) this.refineLater();
+    return this.now;
+  }
+  /** The fine one, though it takes a moment. */
+  refine(): GroundProfile | null {
+    if (this.now?.isPreliminary) this.now = this.take(kMostSamples);
     return this.now;
   }
   close(): void {
@@ -77,36 +86,32 @@ export class ProfileKeeper {
 
   /** The same for the same line, measured by the same scale. */
   private signature(): string {
-    const points = this.parts().flat();
-    const last = points.at(-1);
-    return [this.scale() === null, points.length, this.lengthOnMap(), last?.easting, last?.northing].join();
+    const last = this.parts().at(-1)?.at(-1);
+    return [this.scale() === null, last?.easting, last?.northing, ...this.lengths].join();
   }
-  private lengthOf(part: readonly Point[]): number {
-    return lengthOfCorners(part, mapDistance(this.app.dataset.metersPerUnit));
-  }
-  private lengthOnMap(): number {
-    return this.parts().reduce((sum, part) => sum + this.lengthOf(part), 0);
+  private get lengthOnMap(): number {
+    return this.lengths.reduce((sum, length) => sum + length, 0);
   }
   private samplesWanted(): number {
-    const wanted = (kSamplesPerSpacing * this.lengthOnMap()) / this.app.dataset.spacingMeters;
+    const wanted = (kSamplesPerSpacing * this.lengthOnMap) / this.app.dataset.spacingMeters;
     return Math.min(Math.max(wanted, kLeastSamples), kMostSamples);
   }
 
   private take(most: number): GroundProfile | null {
-    const lengthOnMap = this.lengthOnMap();
+    const { lengthOnMap } = this;
     const samples = Math.min(this.samplesWanted(), most);
     const stepOnMap = lengthOnMap / samples;
     if (!(stepOnMap > 0)) return null;
     const points: ProfilePoint[] = [];
     const breaks: number[] = [];
     let [length, overGround] = [0, 0];
-    for (const part of this.parts()) {
-      const own = this.sample(part, Math.ceil(this.lengthOf(part) / stepOnMap - 1e-6) + 1);
+    for (const [i, part] of this.parts().entries()) {
+      const own = this.sample(part, Math.ceil((this.lengths[i] ?? 0) / stepOnMap - 1e-6) + 1);
       const first = own[0];
       if (!first) continue;
       if (points.length > 0) {
+        breaks.push(points.length);
         points.push({ ...first, distance: length, height: NaN, error: NaN });
-        breaks.push(length);
       }
       for (const point of own) {
         point.distance += length;
@@ -139,4 +144,20 @@ export function coarsenessOf({ stepMeters, spacingMeters, isPreliminary }: Groun
   if (stepMeters <= 1.01 * spacingMeters) return "";
   const apart = `a height every ${formatDistance(stepMeters)}`;
   return isPreliminary ? `${apart} for now` : `${apart}, where the ground has one every ${formatDistance(spacingMeters)}`;
+}
+
+/** As a table: places in the dataset's CRS, metres along the line on the ground, no height where there is no ground. */
+export function csvOf({ points, breaks }: GroundProfile): string {
+  const between = new Set(breaks);
+  const rows = ["part,distance_m,height_m,error_m,easting,northing"];
+  let part = 1;
+  points.forEach((point, i) => {
+    if (between.has(i)) {
+      part += 1;
+      return;
+    }
+    const [height, error] = [point.height, point.error].map((meters) => (Number.isFinite(meters) ? meters.toFixed(3) : ""));
+    rows.push([part, point.distance.toFixed(3), height, error, point.easting.toFixed(3), point.northing.toFixed(3)].join());
+  });
+  return rows.join("\r\n") + "\r\n";
 }

@@ -1,9 +1,10 @@
 import type { App, OpenPanel, Panel } from "../app.js";
 import type { GroundScale } from "../geo/ground_scale.js";
 import type { Point } from "../line_store.js";
-import { el, fill } from "../parts/dom.js";
+import { download, el, fill } from "../parts/dom.js";
 import { formatDistance, formatError, formatHeight, formatNumber } from "../parts/format.js";
-import { ProfileKeeper, coarsenessOf } from "./ground_profile.js";
+import { icon } from "../parts/icons.js";
+import { ProfileKeeper, coarsenessOf, csvOf } from "./ground_profile.js";
 import { Path, pathButtons, whenFiner } from "./path.js";
 import { ProfilePlot } from "./profile_plot.js";
 
@@ -25,11 +26,29 @@ export function profileOf(name: string, parts: readonly (readonly Point[])[]): P
 function openProfile(app: App, given: readonly (readonly Point[])[]): OpenPanel {
   const { overlay } = app;
   const summary = el("div", { class: "profile-summary number", "aria-live": "polite" });
+  const save = el(
+    "button",
+    {
+      class: "plain",
+      type: "button",
+      title: "Save as CSV",
+      "aria-label": "Save the profile as CSV",
+      "data-do": "save",
+      on: {
+        click: () => {
+          const profile = keeper.refine();
+          if (profile) download(`${app.dataset.name}-profile.csv`, new Blob([csvOf(profile)], { type: "text/csv" }));
+          show();
+        },
+      },
+    },
+    icon("download"),
+  );
   let scale: GroundScale | null = null;
 
   const show = (): void => {
     const profile = keeper.now;
-    plot.element.hidden = profile === null;
+    plot.element.hidden = save.hidden = profile === null;
     plot.show(profile?.points ?? [], profile?.breaks ?? []);
     tell();
   };
@@ -86,7 +105,7 @@ function openProfile(app: App, given: readonly (readonly Point[])[]): OpenPanel 
   if (given.length > 0) path.take(given);
   else renew();
   return {
-    body: el("div", { class: "profile" }, summary, plot.element, pathButtons(app, path)),
+    body: el("div", { class: "profile" }, el("div", { class: "profile-head" }, summary, save), plot.element, pathButtons(app, path)),
     close: () => {
       stop();
       keeper.close();

@@ -169,7 +169,8 @@ export class ProfilePlot {
     context.strokeStyle = color("--faint");
     context.lineWidth = 1;
     context.setLineDash([4, 4]);
-    for (const distance of this.shown.breaks) {
+    for (const index of this.shown.breaks) {
+      const distance = this.shown.points[index]?.distance ?? 0;
       context.beginPath();
       context.moveTo(x(distance), kMargin.top);
       context.lineTo(x(distance), height - kMargin.bottom);
