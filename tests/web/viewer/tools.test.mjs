@@ -253,6 +253,15 @@ test("measure and profile: a long line's climb and length over the ground leave 
     await other.waitForFunction(() => !document.querySelector(".profile-summary").textContent.includes("for now"), null, { timeout: 60000 });
     const [, up, down] = /· ([\d\u202f]+) m up, ([\d\u202f]+) m down/.exec(await text(other, ".profile-summary")).map((part) => numbersIn(part)[0]);
     assert.deepEqual([up, down], measured);
+
+    // As if the ground were so fine that not all of it can be asked for.
+    await other.evaluate(() => (window.terraneViewer.dataset.spacingMeters /= 1000));
+    await other.evaluate(() => window.terraneApp.panels.close());
+    await other.keyboard.press("b");
+    await other.locator(".line-row button[title=Profile]").click();
+    await other.locator(".profile-summary", { hasText: "where the ground has one every" }).waitFor();
+    const [, apart] = /a height every ([\d.]+ m), where/.exec(await text(other, ".profile-summary"));
+    assert.ok(near(metersOf(apart), (step * (heights.length - 1)) / 20000, 0.06), apart);
     assert.deepEqual(other.errors, []);
   } finally {
     await other.context().close();
