@@ -27,16 +27,21 @@ const kFlags = [
 
 const run = (...args) => execFileSync(kTerrane, args, { stdio: ["ignore", "pipe", "pipe"] });
 
-/** A dataset with imagery, of `size` samples a side; made once. `crs`: an EPSG number, for one that is not as it was made. */
-export function makeDataset(name = "hills", { crs, imagery = true, seed = 1, size = 513 } = {}) {
+/** A dataset with imagery, of `size` samples a side; made once. `crs`: an EPSG number, for one that is not as it was made;
+ * `onMoon`: its heights lie there. */
+export function makeDataset(name = "hills", { crs, imagery = true, onMoon = false, seed = 1, size = 513 } = {}) {
   mkdirSync(kWork, { recursive: true });
   const dataset = join(kWork, `${name}.terrane`);
   if (existsSync(join(dataset, "manifest.json"))) return dataset;
   const [heights, color] = [join(kWork, `${name}.tif`), join(kWork, `${name}-color.tif`)];
   run("synth", "-o", heights, "--color", color, "--size", String(size), "--seed", String(seed), "--overwrite", "-q");
+  const placed = onMoon ? join(kWork, `${name}-moon.tif`) : heights;
+  // Ten kilometres a side, 2 degrees north of its equator: there its projection shows lengths as they are.
+  const [corner, system] = [["1500000", "70000", "1510000", "60000"], "+proj=eqc +R=1737400 +units=m"];
+  if (onMoon) execFileSync("gdal_translate", ["-q", "-a_srs", system, "-a_ullr", ...corner, heights, placed]);
   run(
     "build",
-    heights,
+    placed,
     "-o",
     dataset,
     "--overwrite",

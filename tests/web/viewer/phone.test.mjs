@@ -43,6 +43,8 @@ async function gesture(steps) {
 }
 
 async function tapGround(x, y) {
+  // A sheet that has come moves the ground a frame later.
+  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
   const { easting, northing } = await placeAt(page, x, y);
   const at = await pixelOf(page, easting, northing);
   await page.touchscreen.tap(at.x, at.y);

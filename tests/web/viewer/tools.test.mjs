@@ -89,6 +89,23 @@ test("measure: Backspace takes a point back, Enter ends, a click begins anew, Es
   assert.deepEqual(await lineIds(), []);
 });
 
+test("measure: the band to the pointer begins at the point that was added last", async () => {
+  await page.keyboard.press("m");
+  const places = [await placeAt(page, 0.62, 0.3), await placeAt(page, 0.85, 0.6)];
+  for (const place of places) {
+    const at = await pixelOf(page, place.easting, place.northing);
+    await page.mouse.move(at.x, at.y);
+    await page.mouse.click(at.x, at.y);
+    // The pointer has not moved since.
+    await page.waitForFunction(([x, y]) => {
+      const band = document.querySelector(".band");
+      return Math.hypot(Number(band.getAttribute("x1")) - x, Number(band.getAttribute("y1")) - y) < 3;
+    }, [at.x, at.y]);
+  }
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => document.querySelector(".band").getAttribute("visibility") === "hidden");
+});
+
 test("measure: with keys alone, Space adds the middle of the picture", async () => {
   await page.keyboard.press("m");
   await page.keyboard.press("Space");
@@ -200,6 +217,113 @@ test("measure: what it tells becomes as exact as the dataset, though the picture
   }
 });
 
+test("measure and profile: a long line's climb and length over the ground leave nothing out, and agree", async () => {
+  const wide = await serve(makeDataset("wide", { imagery: false, size: 2049 }));
+  const other = await newPage(browser);
+  try {
+    await openViewer(other, wide.url);
+    await lookDown(other);
+    await other.keyboard.press("m");
+    await other.locator("#panel-measure").waitFor();
+    await clickGround(other, 0.45, 0.05);
+    await clickGround(other, 0.95, 0.95);
+    const corners = await other.evaluate(() => window.terraneViewer.lines.get("measure").points);
+    const { heightsMeters: heights } = await wide.ask(`/d/wide/profile?points=${corners.map(pair).join(";")}&samples=20000`);
+    const step = Math.hypot(corners[1].easting - corners[0].easting, corners[1].northing - corners[0].northing) / (heights.length - 1);
+    const all = { up: 0, down: 0, over: 0 };
+    heights.slice(1).forEach((height, i) => {
+      const rise = height - heights[i];
+      all[rise > 0 ? "up" : "down"] += Math.abs(rise);
+      all.over += Math.hypot(step, rise);
+    });
+    const isLike = (shown, told) => near(shown, told, Math.max(0.03 * told, 1.5));
+    const numbersIn = (words) => words.match(/[\d\u202f.]+/g).map((number) => Number(number.replaceAll("\u202f", "")));
+
+    const climb = other.locator("#panel-measure .row.result", { hasText: "Up, down" }).locator("strong");
+    await other.waitForFunction(() => !document.querySelector("#panel-measure").textContent.includes("for now"), null, { timeout: 60000 });
+    await settled(other);
+    const measured = numbersIn(await climb.innerText());
+    assert.ok(isLike(measured[0], all.up) && isLike(measured[1], all.down), `${measured} against ${JSON.stringify(all)}`);
+    assert.ok(near(await resultOf(other, "Over the ground"), all.over, 0.01 * all.over));
+
+    await other.evaluate((corners) => window.terraneApp.lines.add("Long", [corners]), corners);
+    await other.keyboard.press("b");
+    await other.locator(".line-row button[title=Profile]").click();
+    await other.locator(".profile-plot").waitFor();
+    await other.waitForFunction(() => !document.querySelector(".profile-summary").textContent.includes("for now"), null, { timeout: 60000 });
+    const [, up, down] = /· ([\d\u202f]+) m up, ([\d\u202f]+) m down/.exec(await text(other, ".profile-summary")).map((part) => numbersIn(part)[0]);
+    assert.deepEqual([up, down], measured);
+
+    // As if the ground were so fine that not all of it can be asked for.
+    await other.evaluate(() => (window.terraneViewer.dataset.spacingMeters /= 1000));
+    await other.evaluate(() => window.terraneApp.panels.close());
+    await other.keyboard.press("b");
+    await other.locator(".line-row button[title=Profile]").click();
+    await other.locator(".profile-summary", { hasText: "where the ground has one every" }).waitFor();
+    const [, apart] = /a height every ([\d.]+ m), where/.exec(await text(other, ".profile-summary"));
+    assert.ok(near(metersOf(apart), (step * (heights.length - 1)) / 20000, 0.06), apart);
+    assert.deepEqual(other.errors, []);
+  } finally {
+    await other.context().close();
+    await wide.stop();
+  }
+});
+
+test("profile: of a line in parts all are shown, one after the other", async () => {
+  const parts = [];
+  for (const ends of [
+    [
+      [0.1, 0.7],
+      [0.3, 0.8],
+    ],
+    [
+      [0.5, 0.9],
+      [0.9, 0.7],
+    ],
+  ])
+    parts.push([await placeAt(page, ...ends[0]), await placeAt(page, ...ends[1])]);
+  await page.evaluate((parts) => window.terraneApp.lines.add("Twice", parts), parts);
+  await page.keyboard.press("b");
+  await page.locator(".line-row button[title=Profile]").click();
+  await page.locator(".profile-plot").waitFor();
+  const summary = await text(page, ".profile-summary");
+  assert.match(summary, /2 parts, one after the other/);
+  const length = parts.reduce((sum, [a, b]) => sum + Math.hypot(b.easting - a.easting, b.northing - a.northing), 0);
+  assert.ok(near(metersOf(summary), length, 0.004 * length), `${summary}: ${length}`);
+  const up = [];
+  for (const part of parts) {
+    const { heightsMeters: heights } = await server.ask(`/d/hills/profile?points=${part.map(pair).join(";")}&samples=2000`);
+    up.push(heights.slice(1).reduce((sum, height, i) => sum + Math.max(0, height - heights[i]), 0));
+  }
+  const told = Number(/([\d\u202f]+) m up/.exec(summary)[1].replaceAll("\u202f", ""));
+  assert.ok(near(told, up[0] + up[1], 0.03 * told + 1.5), `${told} against ${up}`);
+  // As a table, too.
+  const { name, bytes } = await downloaded(page, () => page.locator("#panel-profile [data-do=save]").click());
+  assert.equal(name, "hills-profile.csv");
+  const [head, ...rows] = bytes.toString().trim().split("\r\n");
+  assert.equal(head, "part,distance_m,height_m,error_m,easting,northing");
+  assert.ok(rows.length >= 512, `${rows.length} rows`);
+  for (const part of [1, 2]) {
+    const own = rows.map((row) => row.split(",").map(Number)).filter((row) => row[0] === part);
+    for (const [row, place] of [
+      [own[0], parts[part - 1][0]],
+      [own.at(-1), parts[part - 1][1]],
+    ]) {
+      assert.ok(Math.hypot(row[4] - place.easting, row[5] - place.northing) < 0.01, `${row}`);
+      const { heightsMeters } = await server.ask(`/d/hills/elevation?points=${pair(place)}`);
+      assert.ok(near(row[2], heightsMeters[0], Math.max(row[3], 0.1)), `${row} against ${heightsMeters}`);
+    }
+  }
+  // The end of the plot is the end of the last part.
+  await page.locator(".profile-plot").focus();
+  await page.keyboard.press("PageUp");
+  for (let i = 0; i < 3; ++i) await page.keyboard.press("Shift+PageDown");
+  assert.match(await text(page, ".profile-summary"), new RegExp(`E ${String(Math.round(parts[1][1].easting)).slice(0, 3)}`));
+  await page.keyboard.press("Escape");
+  assert.ok((await lineIds()).every((id) => id.startsWith("line-")), "the profile's own lines are gone");
+  await removeAll();
+});
+
 test("profile: arrow keys move along it", async () => {
   await page.keyboard.press("p");
   await clickGround(page, 0.2, 0.8);
@@ -290,6 +414,25 @@ test("line of sight: seen and hidden as the server has it, with where the ground
   assert.deepEqual(await lineIds(), []);
 });
 
+test("line of sight: a height that cannot be is marked, and what is used in its place is said", async () => {
+  await page.keyboard.press("v");
+  await clickGround(page, 0.62, 0.2);
+  await clickGround(page, 0.95, 0.8);
+  await page.locator(".verdict").waitFor();
+  const field = page.locator("[data-above=eye]");
+  const problem = page.locator("#sight-eye-problem");
+  const clearance = await resultOf(page, "Clearance");
+  for (const wrong of ["-5", "", "1000000"]) {
+    await field.fill(wrong);
+    assert.equal(await field.getAttribute("aria-invalid"), "true", wrong);
+    assert.match(await problem.innerText(), /From 0 to 100\u202f000 m: 1\.7 m is used\./, wrong);
+    assert.equal(await resultOf(page, "Clearance"), clearance);
+  }
+  await field.fill("25");
+  assert.equal(await field.getAttribute("aria-invalid"), "false");
+  assert.equal(await problem.innerText(), "");
+});
+
 test("lines: drawn by clicks, coloured, widened, saved in WGS 84, removed", async () => {
   await page.keyboard.press("b");
   await page.locator("#panel-lines").waitFor();
@@ -324,7 +467,8 @@ test("lines: drawn by clicks, coloured, widened, saved in WGS 84, removed", asyn
   assert.equal(saved.crs, undefined);
   assert.equal(saved.features.length, 2);
   assert.equal(saved.features[0].properties.name, "Ridge <b>way</b>");
-  assert.equal(saved.features[0].properties.stroke, "#123456");
+  // As the command line's --lines reads it.
+  assert.deepEqual(saved.features[0].properties, { name: "Ridge <b>way</b>", stroke: "#123456", "stroke-meters": 40 });
   const degrees = transform(
     "EPSG:32632",
     "EPSG:4326",
@@ -360,6 +504,40 @@ test("lines: one that was not ended stays when the panel closes; each has a prof
     .map((part) => Number(part.replaceAll("\u202f", "")));
   assert.ok(near(low, Math.min(...told.heightsMeters), 1) && near(high, Math.max(...told.heightsMeters), 1));
   await removeAll();
+});
+
+test("the middle of the picture, which Space adds, is covered by no tool, however large the window is", async () => {
+  const points = [await placeAt(page, 0.2, 0.3), await placeAt(page, 0.8, 0.7)];
+  const before = page.viewportSize();
+  try {
+    for (const [width, height] of [
+      [1280, 720],
+      [1000, 700],
+      [900, 640],
+      [768, 1024],
+      [844, 390],
+      [667, 375],
+    ]) {
+      await page.setViewportSize({ width, height });
+      for (const key of ["m", "v", "b", "p"]) {
+        await page.locator(".ground").focus();
+        await page.keyboard.press(key);
+        await page.locator(".panel").waitFor();
+        if (key === "p") await page.evaluate((points) => points.forEach((point) => window.terraneApp.pointing.tool.click(point)), points);
+        const seen = await page.evaluate(() => document.elementFromPoint(innerWidth / 2, innerHeight / 2).className);
+        assert.match(seen, /ground/, `${key} at ${width} x ${height}`);
+        const box = await page.locator(".panel").boundingBox();
+        assert.ok(box.y >= 0 && box.y + box.height <= height && box.x + box.width <= width, `${key} at ${width} x ${height}`);
+        const overflow = await page.locator(".panel").evaluate((element) => element.scrollWidth - element.clientWidth);
+        assert.ok(overflow <= 0, `${key} at ${width} x ${height} is ${overflow} pixels too wide`);
+        await page.keyboard.press("Escape");
+        await page.evaluate(() => window.terraneApp.panels.close());
+      }
+    }
+  } finally {
+    await page.setViewportSize(before);
+  }
+  await lookDown(page);
 });
 
 const removeAll = () => page.evaluate(() => window.terraneApp.lines.lines.forEach((line) => window.terraneApp.lines.remove(line.id)));
@@ -439,6 +617,92 @@ test("files: GeoJSON in WGS 84, in the dataset's CRS by its member or by its num
   );
   await removeAll();
   await lookDown(page);
+});
+
+test("files: colours and widths are those of the file, by any of their names, and come back as they were saved", async () => {
+  const ends = [await placeAt(page, 0.3, 0.7), await placeAt(page, 0.6, 0.8)].map((place) => [place.easting, place.northing]);
+  const styles = [
+    [{ stroke: "#f00", "stroke-width": 5 }, ["#ff0000", 5, undefined]],
+    [{ stroke: "rebeccapurple", "stroke-width": "2.5" }, ["#663399", 2.5, undefined]],
+    [{ stroke: "#12345680", "stroke-meters": 12 }, ["#123456", undefined, 12]],
+    // As earlier versions saved it.
+    [{ stroke: "#00ff00", "stroke-width": 12, "stroke-width-unit": "m" }, ["#00ff00", undefined, 12]],
+    [{ color: "rgb(1 2 3)", "stroke-width": -1 }, ["#010203", 3, undefined]],
+    [{ stroke: "url(#a)", "stroke-width": 1e9 }, [undefined, 3, undefined]],
+  ];
+  const features = styles.map(([properties]) => ({
+    type: "Feature",
+    properties: { name: "", ...properties },
+    geometry: { type: "LineString", coordinates: ends },
+  }));
+  const drawn = () =>
+    page.evaluate(() => [...window.terraneViewer.lines.values()].map(({ color, widthPixels, widthMeters }) => [color, widthPixels, widthMeters]));
+  await page.keyboard.press("b");
+  await dropFiles(page, [{ name: "styles.geojson", text: JSON.stringify({ type: "FeatureCollection", features }) }]);
+  await lastToast(page, "6 lines from “styles.geojson”");
+  const before = await drawn();
+  before.forEach(([color, ...widths], i) => {
+    const [wanted, ...wantedWidths] = styles[i][1];
+    if (wanted) assert.equal(color, wanted);
+    assert.match(color, /^#[0-9a-f]{6}$/);
+    assert.deepEqual(widths, wantedWidths, `${i}`);
+  });
+  const { bytes } = await downloaded(page, () => page.locator("#panel-lines [data-do=save]").click());
+  await removeAll();
+  await dropFiles(page, [{ name: "again.geojson", text: bytes.toString() }]);
+  await lastToast(page, "6 lines from “again.geojson”");
+  assert.deepEqual(await drawn(), before);
+  await removeAll();
+  await lookDown(page);
+});
+
+test("on the Moon: degrees are the Moon's, lines are saved in its CRS, and places on the Earth are refused", async () => {
+  const moon = await serve(makeDataset("moon", { imagery: false, onMoon: true }));
+  const other = await newPage(browser);
+  try {
+    await openViewer(other, moon.url);
+    await other.locator(".readout").click();
+    await other.waitForFunction(() => /on the Moon/.test(document.querySelector(".readout").textContent));
+    // A sphere's equator, counted in degrees.
+    const [, latitude, longitude] = /([\d.]+)° N\s+([\d.]+)° E/.exec(await text(other, ".readout"));
+    const perDegree = (1737400 * Math.PI) / 180;
+    assert.ok(Number(longitude) * perDegree > 1.5e6 && Number(longitude) * perDegree < 1.51e6, longitude);
+    assert.ok(Number(latitude) * perDegree > 6e4 && Number(latitude) * perDegree < 7e4, latitude);
+
+    const points = [await placeAt(other, 0.3, 0.4), await placeAt(other, 0.6, 0.7)];
+    await other.evaluate((points) => window.terraneApp.lines.add("Rille", [points]), points);
+    await other.keyboard.press("b");
+    const { bytes } = await downloaded(other, () => other.locator("#panel-lines [data-do=save]").click());
+    await lastToast(other, "WGS 84 is the Earth’s, and this is the Moon");
+    const saved = JSON.parse(bytes.toString());
+    assert.equal(saved.crs.properties.name, await other.evaluate(() => window.terraneViewer.dataset.crsName));
+    const parts = () => other.evaluate(() => window.terraneApp.lines.lines.flatMap((line) => line.parts));
+    await dropFiles(other, [{ name: "again.geojson", text: bytes.toString() }]);
+    await lastToast(other, "1 line from “again.geojson”");
+    const degrees = points.map((point) => [point.easting / perDegree, point.northing / perDegree]);
+    await dropFiles(other, [{ name: "degrees.geojson", text: JSON.stringify({ type: "LineString", coordinates: degrees }) }]);
+    await lastToast(other, "1 line from “degrees.geojson”");
+    const lines = await parts();
+    assert.equal(lines.length, 3);
+    for (const line of lines)
+      line.forEach((point, i) => assert.ok(Math.hypot(point.easting - points[i].easting, point.northing - points[i].northing) < 0.01));
+
+    const point = '<trkpt lat="2" lon="50"/>';
+    await dropFiles(other, [
+      { name: "walk.gpx", text: `<gpx><trk><trkseg>${point}${point}</trkseg></trk></gpx>` },
+      {
+        name: "utm.geojson",
+        text: '{"type":"LineString","crs":{"type":"name","properties":{"name":"EPSG:32632"}},"coordinates":[[500000,1],[500001,1]]}',
+      },
+    ]);
+    for (const name of ["walk.gpx", "utm.geojson"])
+      await lastToast(other, `“${name}” was not opened: it has places on the Earth, and this ground is on the Moon.`);
+    assert.equal((await parts()).length, 3);
+    assert.deepEqual(other.errors, []);
+  } finally {
+    await other.context().close();
+    await moon.stop();
+  }
 });
 
 test("measure: lengths and areas are those on the ground, whatever the projection makes of them", async () => {
@@ -547,6 +811,8 @@ test("files: what cannot be used is said, and nothing breaks", async () => {
     ["far.geojson", '{"type":"LineString","coordinates":[[1,2],[1,"x"]]}', /no pair of numbers/],
     ["null.geojson", '{"type":"FeatureCollection","features":null}', /no list/],
     ["points.geojson", '{"type":"MultiPoint","coordinates":[[1,2],[3,4]]}', /no lines, only 2 single points/],
+    ["point.geojson", '{"type":"Point","coordinates":[1,2]}', /no lines, only 1 single point\./],
+    ["space.geojson", '{"type":"LineString","coordinates":[[1e300,2],[3,4]]}', /the place 1e\+300, 2 has none in/],
     ["deep.geojson", deep, /too deep/],
     [
       "crs.geojson",
@@ -576,7 +842,7 @@ test("files: thousands of segments in one file are one row, and are drawn", asyn
   const { west, east, south, north } = await page.evaluate(() => window.terraneViewer.dataset.bounds);
   const features = Array.from({ length: 200 }, (_, i) => ({
     type: "Feature",
-    properties: {},
+    properties: { stroke: "#102030", "stroke-width": i < 100 ? 2 : 3 },
     geometry: {
       type: "LineString",
       coordinates: Array.from({ length: 40 }, (_, k) => [
@@ -590,6 +856,8 @@ test("files: thousands of segments in one file are one row, and are drawn", asyn
   await lastToast(page, "200 lines from");
   assert.equal(await page.locator(".line-row").count(), 1);
   assert.equal(await page.evaluate(() => window.terraneViewer.lines.size), 200);
+  // What all of them have is kept.
+  assert.deepEqual(await page.evaluate(() => [...window.terraneViewer.lines.values()].map((line) => line.color).filter((color) => color !== "#102030")), []);
   await removeAll();
 });
 

@@ -5,14 +5,18 @@ export interface Point {
   northing: number;
 }
 
-/** A line as a person sees it: one name and colour, in one part or several. */
-export interface GroundLine {
-  id: string;
-  name: string;
-  parts: Point[][];
+export interface LineStyle {
+  /** #rrggbb */
   color: string;
   width: number;
   widthUnit: "pixels" | "meters";
+}
+
+/** A line as a person sees it: one name and colour, in one part or several. */
+export interface GroundLine extends LineStyle {
+  id: string;
+  name: string;
+  parts: Point[][];
 }
 
 export const kColors = ["#ff5a3c", "#ffd23f", "#3ddc97", "#4cc9f0", "#b388ff", "#ff7ab6"] as const;
@@ -35,15 +39,17 @@ export class LineStore {
     return () => this.listeners.delete(listener);
   }
 
-  add(name: string, parts: Point[][], color?: string): GroundLine {
+  /** `style`: what is left out is chosen here. */
+  add(name: string, parts: Point[][], style: Partial<LineStyle> = {}): GroundLine {
     const number = ++this.count;
     const line: GroundLine = {
       id: `line-${number}`,
       name: name || `Line ${number}`,
       parts,
-      color: color ?? kColors[(number - 1) % kColors.length] ?? kColors[0],
+      color: kColors[(number - 1) % kColors.length] ?? kColors[0],
       width: 3,
       widthUnit: "pixels",
+      ...style,
     };
     this.all.set(line.id, line);
     this.show(line);

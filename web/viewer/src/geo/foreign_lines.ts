@@ -1,7 +1,9 @@
+import type { LineStyle } from "../line_store.js";
+
 /** Lines as a file has them, before anybody knows where they are. */
 export interface ForeignLine {
   name: string;
-  color?: string;
+  style: Partial<LineStyle>;
   /** x and y, as in the file. */
   parts: [number, number][][];
 }
@@ -10,7 +12,8 @@ export interface ForeignLines {
   lines: ForeignLine[];
   /** What was in the file and is no line. */
   pointsLeftOut: number;
-  /** The EPSG number of the CRS that the file names; absent: it names none. */
+  /** The CRS that the file names, and its EPSG number if it has one; absent: it names none. */
+  crsName?: string;
   epsg?: number;
 }
 

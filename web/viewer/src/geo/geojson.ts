@@ -1,4 +1,6 @@
+import type { LineStyle } from "../line_store.js";
 import { FileError, type ForeignLine, type ForeignLines, PointBudget, cleanName } from "./foreign_lines.js";
+import { readStyle, writeStyle } from "./line_style.js";
 
 const kDeepest = 16;
 
@@ -6,8 +8,7 @@ const kDeepest = 16;
 export function readGeoJson(document: unknown): ForeignLines {
   if (!isObject(document) || typeof document["type"] !== "string") throw new FileError("it is JSON, but not GeoJSON: there is no “type”");
   const out: ForeignLines = { lines: [], pointsLeftOut: 0 };
-  const epsg = crsOf(document["crs"]);
-  if (epsg !== null) out.epsg = epsg;
+  Object.assign(out, crsOf(document["crs"]));
   const budget = new PointBudget();
   const features = document["type"] === "FeatureCollection" ? document["features"] : [document];
   if (!Array.isArray(features)) throw new FileError("its “features” are no list");
@@ -15,9 +16,7 @@ export function readGeoJson(document: unknown): ForeignLines {
     if (!isObject(feature)) continue;
     const isFeature = feature["type"] === "Feature";
     const properties = isFeature && isObject(feature["properties"]) ? feature["properties"] : {};
-    const line: ForeignLine = { name: cleanName(properties["name"] ?? properties["title"]), parts: [] };
-    const color = properties["stroke"] ?? properties["color"];
-    if (typeof color === "string" && /^#[0-9a-f]{6}$/i.test(color)) line.color = color;
+    const line: ForeignLine = { name: cleanName(properties["name"] ?? properties["title"]), style: readStyle(properties), parts: [] };
     collect(isFeature ? feature["geometry"] : feature, line, out, budget, 0);
     if (line.parts.length > 0) out.lines.push(line);
   }
@@ -69,34 +68,30 @@ function listOf(value: unknown): unknown[] {
   return value;
 }
 
-/** The EPSG number that a `crs` member names; 4326 for WGS 84 by any of its names; null without one. */
-function crsOf(crs: unknown): number | null {
-  if (crs === undefined || crs === null) return null;
-  const name = isObject(crs) && isObject(crs["properties"]) ? crs["properties"]["name"] : undefined;
-  if (typeof name !== "string") throw new FileError("its “crs” has no name");
-  if (/CRS84|WGS ?84$/i.test(name)) return 4326;
-  const found = /EPSG:+(?:[\d.]*:)?(\d+)$/i.exec(name);
-  if (!found) throw new FileError(`its CRS “${cleanName(name)}” is not understood`);
-  return Number(found[1]);
+/** The CRS that a `crs` member names, and its EPSG number if it has one: 4326 for WGS 84 by any of its names. */
+function crsOf(crs: unknown): Pick<ForeignLines, "crsName" | "epsg"> {
+  if (crs === undefined || crs === null) return {};
+  const crsName = isObject(crs) && isObject(crs["properties"]) ? crs["properties"]["name"] : undefined;
+  if (typeof crsName !== "string") throw new FileError("its “crs” has no name");
+  if (/CRS84|WGS ?84$/i.test(crsName)) return { crsName, epsg: 4326 };
+  const found = /EPSG:+(?:[\d.]*:)?(\d+)$/i.exec(crsName);
+  return found ? { crsName, epsg: Number(found[1]) } : { crsName };
 }
 
 function isObject(value: unknown): value is Record<string, unknown> {
   return typeof value === "object" && value !== null && !Array.isArray(value);
 }
 
-export interface OutgoingLine {
+export interface OutgoingLine extends LineStyle {
   name: string;
-  color: string;
-  width: number;
-  widthUnit: string;
   parts: (readonly [number, number])[][];
 }
 
-/** A GeoJSON document of lines; with the number of their CRS unless they are in WGS 84. */
+/** A GeoJSON document of lines; with the name of their CRS unless they are in WGS 84. */
 export function writeGeoJson(lines: OutgoingLine[], crsName: string | null): string {
-  const features = lines.map(({ name, color, width, widthUnit, parts }) => ({
+  const features = lines.map(({ name, parts, ...style }) => ({
     type: "Feature",
-    properties: { name, stroke: color, "stroke-width": width, ...(widthUnit === "meters" ? { "stroke-width-unit": "m" } : {}) },
+    properties: { name, ...writeStyle(style) },
     geometry: parts.length === 1 ? { type: "LineString", coordinates: parts[0] } : { type: "MultiLineString", coordinates: parts },
   }));
   const crs = crsName === null ? {} : { crs: { type: "name", properties: { name: crsName } } };

@@ -8,10 +8,10 @@ export function readGpx(text: string): ForeignLines {
   if (document.getElementsByTagName("parsererror").length > 0) throw new FileError("it is not well-formed XML");
   if (document.documentElement.localName !== "gpx")
     throw new FileError(`it is XML, but not GPX: its root is “${cleanName(document.documentElement.localName)}”`);
-  const out: ForeignLines = { lines: [], pointsLeftOut: elements(document, "wpt").length, epsg: 4326 };
+  const out: ForeignLines = { lines: [], pointsLeftOut: elements(document, "wpt").length, crsName: "WGS 84", epsg: 4326 };
   const budget = new PointBudget();
   const add = (owner: Element, segments: Element[], pointName: string): void => {
-    const line: ForeignLine = { name: nameOf(owner), parts: [] };
+    const line: ForeignLine = { name: nameOf(owner), style: {}, parts: [] };
     for (const segment of segments) {
       const points = elements(segment, pointName).map(positionOf);
       budget.spend(points.length);

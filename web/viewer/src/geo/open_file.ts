@@ -1,12 +1,15 @@
 import type { App } from "../app.js";
-import { type Point, boundsOf } from "../line_store.js";
-import { FileError, type ForeignLines, kMostBytes } from "./foreign_lines.js";
+import { type LineStyle, type Point, boundsOf } from "../line_store.js";
+import { bodyName } from "./body.js";
+import { FileError, type ForeignLines, cleanName, kMostBytes } from "./foreign_lines.js";
 import { readGeoJson } from "./geojson.js";
 import { readGpx } from "./gpx.js";
 import { degreesFrom, epsgOf } from "./projection.js";
 
 /** More features than a list can show go into it as one line. */
 const kMostRows = 60;
+/** No CRS counts further, on bodies that have ground. */
+const kFurthestMeters = 1e8;
 
 /** Takes files as they were dropped: GeoJSON and GPX become lines, a flight is flown. Says what came of each. */
 export async function openFiles(app: App, files: Iterable<File>): Promise<void> {
@@ -43,18 +46,17 @@ async function openFile(app: App, file: File): Promise<void> {
 }
 
 async function showLines(app: App, fileName: string, foreign: ForeignLines): Promise<void> {
-  const leftOut =
-    foreign.pointsLeftOut > 0 ? `${foreign.pointsLeftOut} single ${foreign.pointsLeftOut === 1 ? "point" : "points"} left out` : "";
-  if (foreign.lines.length === 0)
-    throw new FileError(leftOut ? `it has no lines, only ${foreign.pointsLeftOut} single points` : "it has no lines");
+  const single = foreign.pointsLeftOut === 1 ? "1 single point" : `${foreign.pointsLeftOut} single points`;
+  const leftOut = foreign.pointsLeftOut > 0 ? `${single} left out` : "";
+  if (foreign.lines.length === 0) throw new FileError(leftOut ? `it has no lines, only ${single}` : "it has no lines");
   const convert = await converterFor(app, foreign);
-  const placed = foreign.lines.map(({ name, color, parts }) => ({
+  const placed = foreign.lines.map(({ name, style, parts }) => ({
     name,
-    color,
+    style,
     parts: parts.map((part) =>
       part.map(([x, y]): Point => {
         const [easting, northing] = convert(x, y);
-        if (!Number.isFinite(easting) || !Number.isFinite(northing))
+        if (!(Math.max(Math.abs(easting), Math.abs(northing)) * app.dataset.metersPerUnit <= kFurthestMeters))
           throw new FileError(`the place ${x}, ${y} has none in ${app.dataset.crsName}`);
         return { easting, northing };
       }),
@@ -65,8 +67,9 @@ async function showLines(app: App, fileName: string, foreign: ForeignLines): Pro
     app.lines.add(
       plainName,
       placed.flatMap((line) => line.parts),
+      commonStyle(placed.map((line) => line.style)),
     );
-  else for (const line of placed) app.lines.add(line.name || plainName, line.parts, line.color);
+  else for (const line of placed) app.lines.add(line.name || plainName, line.parts, line.style);
   const count = placed.length;
   const bounds = boundsOf(placed.flatMap((line) => line.parts));
   const ground = app.dataset.bounds;
@@ -81,11 +84,27 @@ async function showLines(app: App, fileName: string, foreign: ForeignLines): Pro
   void app.viewer.flyTo(app.viewer.overview(padded(bounds)));
 }
 
+/** What all of them have. */
+function commonStyle(styles: Partial<LineStyle>[]): Partial<LineStyle> {
+  const first = styles[0] ?? {};
+  const isCommon = (name: keyof LineStyle): boolean => styles.every((style) => style[name] === first[name]);
+  return {
+    ...(isCommon("color") && first.color !== undefined ? { color: first.color } : {}),
+    ...(isCommon("width") && isCommon("widthUnit") && first.width !== undefined ? { width: first.width, widthUnit: first.widthUnit ?? "pixels" } : {}),
+  };
+}
+
 /** From the file's places to the dataset's. */
 async function converterFor(app: App, foreign: ForeignLines): Promise<(x: number, y: number) => readonly [number, number]> {
   const own = epsgOf(app.dataset);
   const asItIs = (x: number, y: number): readonly [number, number] => [x, y];
-  if (foreign.epsg !== undefined && foreign.epsg === own) return asItIs;
+  const { dataset } = app;
+  if (foreign.crsName === dataset.crsName || (foreign.epsg !== undefined && foreign.epsg === own)) return asItIs;
+  if (foreign.crsName !== undefined && foreign.epsg === undefined)
+    throw new FileError(`its CRS “${cleanName(foreign.crsName)}” is not understood`);
+  // EPSG's numbers are of the Earth.
+  if (foreign.epsg !== undefined && !dataset.ellipsoid.isEarth)
+    throw new FileError(`it has places on the Earth, and this ground is on ${bodyName(dataset)}`);
   const bounds = boundsOf(
     foreign.lines.flatMap((line) => line.parts.map((part) => part.map(([easting, northing]) => ({ easting, northing })))),
   );

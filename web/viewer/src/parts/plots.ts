@@ -19,6 +19,13 @@ export function draw(
   paint(context, width, height, (name) => style.getPropertyValue(name).trim());
 }
 
+/** Steps of 1, 2 or 5 that make about so many labels. */
+export function niceStep(span: number, labels: number): number {
+  const rough = span / Math.max(labels, 1);
+  const power = 10 ** Math.floor(Math.log10(Math.max(rough, 1e-9)));
+  return ([1, 2, 5, 10].find((step) => step * power >= rough) ?? 10) * power;
+}
+
 /** A small plot of the last values, and what the last one is. */
 export class Sparkline {
   private readonly canvas = el("canvas", { class: "sparkline", "aria-hidden": "true" });

@@ -1,9 +1,10 @@
 import type { Place } from "terrane";
 import type { App } from "../app.js";
+import { degreesName } from "../geo/body.js";
 import { el, fill, oncePerFrame } from "./dom.js";
 import { formatError, formatHeight, formatNumber } from "./format.js";
 
-/** Coordinates and height under the pointer, or in the middle where there is none; a click changes between CRS and WGS 84. */
+/** Coordinates and height under the pointer, or in the middle where there is none; a click changes between CRS and degrees. */
 export function makeReadout(app: App): HTMLElement {
   const { viewer, dataset } = app;
   const { canvas } = viewer;
@@ -21,7 +22,7 @@ export function makeReadout(app: App): HTMLElement {
     const at = pointer ?? { x: canvas.clientWidth / 2, y: canvas.clientHeight / 2 };
     const found = viewer.pick(at.x, at.y);
     element.dataset["where"] = pointer ? "pointer" : "middle";
-    system.textContent = isGeographic ? "WGS 84" : dataset.crsName;
+    system.textContent = isGeographic ? degreesName(dataset) : dataset.crsName;
     if (found === null) {
       fill(place, pointer ? "Beyond the ground" : "No ground in the middle");
       fill(height);
@@ -75,7 +76,7 @@ export function makeReadout(app: App): HTMLElement {
     });
   });
   const datum = dataset.verticalDatum ? ` Heights: ${dataset.verticalDatum}.` : "";
-  element.title = `The ground under the pointer, with the bound of its height’s error.${datum}\nClick: coordinates in ${dataset.crsName} or longitude and latitude.`;
+  element.title = `The ground under the pointer, with the bound of its height’s error.${datum}\nClick: coordinates in ${dataset.crsName} or longitude and latitude (${degreesName(dataset)}).`;
   show();
   return element;
 }

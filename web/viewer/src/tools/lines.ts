@@ -1,5 +1,6 @@
 import type { App, Panel } from "../app.js";
 import type { GroundScale } from "../geo/ground_scale.js";
+import { bodyName } from "../geo/body.js";
 import { epsgOf } from "../geo/projection.js";
 import { writeGeoJson } from "../geo/geojson.js";
 import { type GroundLine, boundsOf, kColors } from "../line_store.js";
@@ -36,7 +37,7 @@ export const linesTool: Panel = {
           { color, widthPixels: 3 },
           () => showHint(),
           () => {
-            lines.add("", [next.corners.map(({ easting, northing }) => ({ easting, northing }))], color);
+            lines.add("", [next.corners.map(({ easting, northing }) => ({ easting, northing }))], { color });
             // The next click begins another one.
             setDrawing(true);
           },
@@ -194,11 +195,7 @@ function rowFor(app: App, line: GroundLine, scale: GroundScale | null): HTMLElem
           title: "Profile",
           "aria-label": `Profile of ${line.name}`,
           on: {
-            click: () => {
-              // Of a line in parts, the one with the most to tell.
-              const [longest] = [...line.parts].sort((a, b) => b.length - a.length);
-              if (longest) app.panels.open(profileOf(line.name, longest));
-            },
+            click: () => app.panels.open(profileOf(line.name, line.parts)),
           },
         },
         icon("profile"),
@@ -224,10 +221,11 @@ function rowFor(app: App, line: GroundLine, scale: GroundScale | null): HTMLElem
   );
 }
 
-/** In WGS 84, as GeoJSON should be, where the dataset's CRS is understood; else in that CRS, named. */
+/** In WGS 84, as GeoJSON should be, where that is known of the dataset's CRS; else in that CRS, named: on other bodies always. */
 async function saveLines(app: App): Promise<void> {
-  const projection = await app.projection();
-  const epsg = epsgOf(app.dataset);
+  const { dataset } = app;
+  const projection = dataset.ellipsoid.isEarth ? await app.projection() : null;
+  const epsg = epsgOf(dataset);
   const round = (value: number, digits: number): number => Number(value.toFixed(digits));
   const outgoing = app.lines.lines.map(({ name, color, width, widthUnit, parts }) => ({
     name,
@@ -242,7 +240,8 @@ async function saveLines(app: App): Promise<void> {
       }),
     ),
   }));
-  const crsName = projection !== null ? null : epsg !== null ? `urn:ogc:def:crs:EPSG::${epsg}` : app.dataset.crsName;
-  download(`${app.dataset.name}-lines.geojson`, new Blob([writeGeoJson(outgoing, crsName)], { type: "application/geo+json" }));
-  app.say(projection !== null ? "Saved in WGS 84." : `Saved in ${app.dataset.crsName}: its way to WGS 84 is not known here.`);
+  const crsName = projection !== null ? null : epsg !== null ? `urn:ogc:def:crs:EPSG::${epsg}` : dataset.crsName;
+  download(`${dataset.name}-lines.geojson`, new Blob([writeGeoJson(outgoing, crsName)], { type: "application/geo+json" }));
+  const why = dataset.ellipsoid.isEarth ? "its way to WGS 84 is not known here" : `WGS 84 is the Earth’s, and this is ${bodyName(dataset)}`;
+  app.say(projection !== null ? "Saved in WGS 84." : `Saved in ${dataset.crsName}: ${why}.`);
 }

@@ -3,12 +3,9 @@ import { resultRow, switchControl } from "../parts/controls.js";
 import { el, fill } from "../parts/dom.js";
 import { formatArea, formatDistance, formatError, formatHeight, formatNumber, windOf } from "../parts/format.js";
 import type { GroundScale } from "../geo/ground_scale.js";
-import { areaOf, climbOf, distanceIn, lengthOfCorners, lengthOverGround, mapDistance, straightLength } from "./ground_measures.js";
+import { areaOf, distanceIn, straightLength } from "./ground_measures.js";
+import { ProfileKeeper, coarsenessOf } from "./ground_profile.js";
 import { Path, pathButtons, whenFiner } from "./path.js";
-
-/** Samples of the ground between two corners: enough for its folds. */
-const kSamplesPerSegment = 256;
-const kMostSamples = 2048;
 
 export const measureTool: Panel = {
   id: "measure",
@@ -31,7 +28,8 @@ export const measureTool: Panel = {
       if (isArea && corners.length >= 3 && first)
         viewer.setLine("measure/closing", { points: [corners.at(-1) ?? first, first], color: "#ffd23f", widthPixels: 1.5 });
       else viewer.removeLine("measure/closing");
-      if (!first || !last || corners.length < 2) {
+      const profile = keeper.now;
+      if (!first || !last || profile === null) {
         fill(
           results,
           el(
@@ -42,18 +40,15 @@ export const measureTool: Panel = {
         );
         return;
       }
-      const samples = Math.min(kMostSamples, (corners.length - 1) * kSamplesPerSegment + 1);
-      const onMap = viewer.profile(corners, samples);
-      const profile = scale?.along(onMap) ?? onMap;
-      const flat = lengthOfCorners(corners, mapDistance(dataset.metersPerUnit));
       const straight = straightLength(corners, distanceIn(dataset, scale));
-      const climb = climbOf(profile);
+      const { climb } = profile;
+      const coarseness = coarsenessOf(profile);
       const bearing = ((Math.atan2(last.easting - first.easting, last.northing - first.northing) * 180) / Math.PI + 360) % 360;
       fill(
         results,
-        resultRow("Over the ground", formatDistance(lengthOverGround(profile))),
+        resultRow("Over the ground", formatDistance(profile.lengthOverGround)),
         resultRow("Straight", formatDistance(straight), "From corner to corner through the air"),
-        resultRow("On the map", formatDistance(flat), `As ${dataset.crsName} shows it`),
+        resultRow("On the map", formatDistance(profile.lengthOnMap), `As ${dataset.crsName} shows it`),
         resultRow(
           "Height difference",
           `${last.height > first.height ? "+" : ""}${formatHeight(last.height - first.height, climb.error)}`,
@@ -73,11 +68,21 @@ export const measureTool: Panel = {
         el(
           "p",
           { class: "faint" },
-          `Heights ${formatError(climb.error)}. ${scale ? `Lengths are those on the ellipsoid, on the map those of ${dataset.crsName}.` : `Lengths are those of ${dataset.crsName}.`}`,
+          `Heights ${formatError(climb.error)}${coarseness && `, ${coarseness}`}. ${scale ? `Lengths are those on the ellipsoid, on the map those of ${dataset.crsName}.` : `Lengths are those of ${dataset.crsName}.`}`,
         ),
       );
     };
-    const path = new Path(app, "measure", { color: "#ffd23f", widthPixels: 3 }, () => show());
+    const renew = (): void => {
+      keeper.renew();
+      show();
+    };
+    const path = new Path(app, "measure", { color: "#ffd23f", widthPixels: 3 }, renew);
+    const keeper = new ProfileKeeper(
+      app,
+      () => path.parts,
+      () => scale,
+      show,
+    );
     const area = switchControl(
       "Area",
       isArea,
@@ -87,16 +92,17 @@ export const measureTool: Panel = {
       },
       "As if the last point were joined to the first",
     );
-    const stop = whenFiner(app, show);
-    show();
+    const stop = whenFiner(app, renew);
+    renew();
     void app.groundScale().then((found) => {
       scale = found;
-      show();
+      renew();
     });
     return {
       body: el("div", {}, results, area.element, pathButtons(app, path)),
       close: () => {
         stop();
+        keeper.close();
         path.close();
         viewer.removeLine("measure/closing");
       },

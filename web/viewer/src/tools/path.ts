@@ -11,6 +11,10 @@ export class Path {
   /** Clicks add to it. */
   isOpen = true;
   private readonly release: () => void;
+  /** A line that was taken in parts has its last one in `corners`, and those before it here. */
+  private readonly before: Place[][] = [];
+  private drawn: string[] = [];
+  private pointer: { x: number; y: number } | null = null;
 
   /** `changed` is told of corners, `finished` when Enter or a double click ends it. */
   constructor(
@@ -23,23 +27,34 @@ export class Path {
   ) {
     this.release = app.pointing.use({
       click: (place) => this.add(place),
-      hover: (_, at) => app.overlay.setBand(this.isOpen ? (this.corners.at(-1) ?? null) : null, at),
+      hover: (_, at) => {
+        this.pointer = at;
+        this.showBand();
+      },
       undo: () => this.undo(),
       finish: () => this.finish(),
     });
   }
 
-  /** Takes a line as it is, from its first corner to its last. */
-  take(corners: readonly { easting: number; northing: number }[]): void {
-    this.corners.length = 0;
-    for (const { easting, northing } of corners)
-      this.corners.push({ easting, northing, height: this.app.viewer.elevationAt(easting, northing) ?? 0 });
+  /** All of it: one part, unless a line in several was taken. */
+  get parts(): readonly (readonly Place[])[] {
+    return [...this.before, this.corners];
+  }
+
+  /** Takes a line as it is, from its first corner to its last, in one part or several. */
+  take(parts: readonly (readonly { easting: number; northing: number }[])[]): void {
+    this.empty();
+    const placed = parts.map((part) =>
+      part.map(({ easting, northing }) => ({ easting, northing, height: this.app.viewer.elevationAt(easting, northing) ?? 0 })),
+    );
+    for (const corner of placed.pop() ?? []) this.corners.push(corner);
+    this.before.push(...placed);
     this.isOpen = false;
     this.show();
   }
   add(place: Place): void {
     // A click after the end begins anew.
-    if (!this.isOpen) this.corners.length = 0;
+    if (!this.isOpen) this.empty();
     this.isOpen = true;
     this.corners.push({ easting: place.easting, northing: place.northing, height: place.height });
     this.show();
@@ -47,11 +62,12 @@ export class Path {
   }
   undo(): void {
     this.corners.pop();
+    if (this.corners.length === 0) for (const corner of this.before.pop() ?? []) this.corners.push(corner);
     this.isOpen = true;
     this.show();
   }
   clear(): void {
-    this.corners.length = 0;
+    this.empty();
     this.isOpen = true;
     this.show();
   }
@@ -64,28 +80,51 @@ export class Path {
   }
   close(): void {
     this.release();
-    this.corners.length = 0;
+    this.empty();
     this.app.overlay.clear(this.id);
     this.app.overlay.setBand(null, null);
-    this.app.viewer.removeLine(this.id);
-    this.app.viewer.studyGround(this.id, null);
+    this.drawParts();
   }
 
   /** Draws it as it is now. */
   show(): void {
-    const { app, corners, id } = this;
+    const { app, id } = this;
     app.overlay.clear(id);
     // A track has thousands of corners: then its ends are marked.
+    const corners = this.parts.flat();
     corners.forEach((corner, i) => {
       if (corners.length <= kMostMarks || i === 0 || i === corners.length - 1)
         app.overlay.setMark(`${id}/${i}`, corner, i === 0 ? "start" : "corner");
     });
-    if (corners.length >= 2) app.viewer.setLine(id, { points: corners, ...this.style });
-    else app.viewer.removeLine(id);
-    // What is asked along it shall be as exact as the dataset is.
-    app.viewer.studyGround(id, corners.length > 0 ? corners : null);
-    if (!this.isOpen || corners.length === 0) app.overlay.setBand(null, null);
+    this.drawParts();
+    this.showBand();
     this.changed();
+  }
+
+  private empty(): void {
+    this.corners.length = 0;
+    this.before.length = 0;
+  }
+
+  /** From the last corner to the pointer, while clicks add to it. */
+  private showBand(): void {
+    this.app.overlay.setBand(this.isOpen ? (this.corners.at(-1) ?? null) : null, this.pointer);
+  }
+
+  private drawParts(): void {
+    const { viewer } = this.app;
+    const shown = new Map<string, Place[]>();
+    for (const [i, part] of [this.corners, ...this.before].entries()) if (part.length > 0) shown.set(i === 0 ? this.id : `${this.id}/part-${i}`, part);
+    for (const old of this.drawn) {
+      if ((shown.get(old)?.length ?? 0) < 2) viewer.removeLine(old);
+      if (!shown.has(old)) viewer.studyGround(old, null);
+    }
+    for (const [id, part] of shown) {
+      if (part.length >= 2) viewer.setLine(id, { points: part, ...this.style });
+      // What is asked along it shall be as exact as the dataset is.
+      viewer.studyGround(id, part);
+    }
+    this.drawn = [...shown.keys()];
   }
 }
 

@@ -11,6 +11,7 @@ const kFree = "#3ddc97";
 const kBlocked = "#ff5a3c";
 /** A person's eyes. */
 const kEyeMeters = 1.7;
+const kMostMeters = 100_000;
 
 export const sightTool: Panel = {
   id: "sight",
@@ -76,24 +77,34 @@ export const sightTool: Panel = {
     };
     const path = new Path(app, "sight", { color: "#00000000", widthPixels: 1 }, () => show(), undefined, 2);
     const input = (label: string, which: "eye" | "target"): HTMLElement => {
+      const problem = el("p", { class: "field-problem", id: `sight-${which}-problem`, role: "status" });
       const field = el("input", {
         type: "number",
         min: 0,
-        max: 10000,
-        step: 0.1,
+        max: kMostMeters,
+        step: "any",
         value: above[which],
         inputmode: "decimal",
         "data-above": which,
+        "aria-describedby": problem.id,
         on: {
           input: () => {
-            const value = Number(field.value);
-            if (!(value >= 0 && value <= 1e5)) return;
+            const value = field.value.trim() === "" ? NaN : Number(field.value);
+            const isRight = value >= 0 && value <= kMostMeters;
+            field.setAttribute("aria-invalid", String(!isRight));
+            problem.textContent = isRight ? "" : `From 0 to ${formatNumber(kMostMeters)} m: ${above[which]} m is used.`;
+            if (!isRight) return;
             above[which] = value;
             show();
           },
         },
       });
-      return el("label", { class: "row" }, el("span", {}, label), el("span", { class: "unit" }, field, " m"));
+      return el(
+        "div",
+        {},
+        el("label", { class: "row" }, el("span", {}, label), el("span", { class: "unit" }, field, " m")),
+        problem,
+      );
     };
     const round = switchControl(dataset.ellipsoid.isEarth ? "Round earth" : "Curvature", isRound, (on) => {
       isRound = on;
