@@ -274,6 +274,52 @@ test("everything on the page can be reached and named without a pointer", async 
   assert.equal(await page.evaluate(() => document.activeElement.dataset.tool), "layers");
 });
 
+test("what a pointer presses leaves the keys to the map; what Tab goes to uses its own and passes on the rest", async () => {
+  await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
+  await settled(page);
+  const northing = () => page.evaluate(() => window.terraneViewer.view.northing);
+  const moves = async (what) => {
+    const before = await northing();
+    await page.keyboard.down("w");
+    await page.waitForFunction((before) => window.terraneViewer.view.northing > before + 20, before, { timeout: 10_000 }).catch(() => {
+      throw new Error(`W does not move the map after ${what}`);
+    });
+    await page.keyboard.up("w");
+    const rested = await northing();
+    await page.evaluate(() => new Promise((done) => setTimeout(done, 100)));
+    assert.equal(await northing(), rested, `W stays down after ${what}`);
+  };
+  await page.locator("[data-tool=measure]").first().click();
+  await moves("a click on a tool");
+  await page.keyboard.press("Space");
+  await page.locator(".overlay .mark").first().waitFor();
+  assert.equal(await page.locator("#panel-measure").count(), 1, "Space closed the tool");
+  await page.locator("#panel-measure .panel-head button").click();
+  await moves("a click on a panel's close button");
+  await page.locator("[data-tool=layers]").first().click();
+  await page.locator("#panel-layers .choice", { hasText: "Slope" }).click();
+  await moves("a choice");
+  await page.locator("#panel-layers .choice", { hasText: "Natural" }).click();
+  await page.keyboard.press("Escape");
+  // With the keyboard: W is not the button's, Space is.
+  await page.locator("[data-tool=measure]").first().focus();
+  await moves("Tab to a tool");
+  await page.keyboard.press("Space");
+  await page.locator("#panel-measure").waitFor();
+  await page.keyboard.press("Escape");
+  // Sliders keep the arrows alone, fields of text all keys.
+  await page.keyboard.press("u");
+  const slider = page.getByLabel("Height above the horizon");
+  await slider.focus();
+  const before = await northing();
+  await page.keyboard.press("ArrowUp");
+  assert.equal(await page.evaluate(() => window.terraneViewer.settings.sunAltitude), 39);
+  assert.equal(await northing(), before);
+  await moves("a slider");
+  await page.keyboard.press("ArrowDown");
+  await page.keyboard.press("Escape");
+});
+
 test("fly mode says its keys, moves with them, and Escape ends it", async () => {
   await page.keyboard.press("h");
   await settled(page);
