@@ -186,9 +186,18 @@ class TerraneViewer implements Viewer {
   }
 
   private contextRestored(): void {
-    if (this.isDisposed) return;
+    // Taken away again before this was told: the next time, then.
+    if (this.isDisposed || this.isContextLost()) return;
     this.setProblem(null);
     if (this.native !== null) this.attach(this.native);
+  }
+
+  /** note: the canvas tells a loss only after a while; frames in between must not reach the engine. */
+  private isContextLost(): boolean {
+    return this.canvas.getContext("webgl2")?.isContextLost() ?? true;
+  }
+  private canDraw(): boolean {
+    return this.isAttached && !this.isContextLost();
   }
 
   dispose(): void {
@@ -230,9 +239,13 @@ class TerraneViewer implements Viewer {
     const problem = native.problem();
     if (problem !== "") {
       this.fail("no-dataset", problem);
+    } else if (this.info === null && isAboutFetching(native.trouble())) {
+      // note: what the engine reports of its requests begins with the open dataset; before, it only says what went wrong last.
+      const message = `The server does not answer; trying again until it does. ${native.trouble()}`;
+      this.setProblem({ code: "offline", message, isFatal: false });
     } else if (report.isOffline) {
-      const what = this.info === null ? "trying again until it does" : "what is here stays, and the rest is asked for until it does";
-      this.setProblem({ code: "offline", message: `The server does not answer; ${what}.`, isFatal: false });
+      const message = "The server does not answer; what is here stays, and the rest is asked for until it does.";
+      this.setProblem({ code: "offline", message, isFatal: false });
     } else if (report.tilesLost > 0) {
       this.setProblem({
         code: "damaged",
@@ -281,7 +294,7 @@ class TerraneViewer implements Viewer {
   /** A frame. Returns whether nothing moves and nothing more comes. */
   private step(): boolean {
     const { native } = this;
-    if (native === null || !this.isAttached) return true;
+    if (native === null || !this.canDraw()) return true;
     const now = performance.now();
     const sinceLast = now - this.lastStep;
     const seconds = clamp(sinceLast / 1000, 0, 0.1);
@@ -662,7 +675,7 @@ class TerraneViewer implements Viewer {
   }
 
   addPass(pass: Pass): void {
-    if (this.native && this.isAttached && this.info) {
+    if (this.native && this.info && this.canDraw()) {
       const trouble = this.givePass(this.native, pass);
       if (trouble !== "") throw new ViewerError({ code: "engine", message: `The pass "${pass.name}" does not compile:\n${trouble}`, isFatal: false });
     }
@@ -730,6 +743,7 @@ class TerraneViewer implements Viewer {
   screenshot(): Promise<Blob> {
     const { native } = this;
     if (native === null) return Promise.reject(new Error("Nothing is drawn yet: await viewer.ready."));
+    if (!this.canDraw()) return Promise.reject(new Error("The graphics were taken away; try again when they are back."));
     // Drawn in this very turn: later the browser has taken the picture off the canvas.
     native.redraw();
     native.frame(performance.now() / 1000);
@@ -745,6 +759,11 @@ class TerraneViewer implements Viewer {
 
 function giveUniforms(native: EngineView, name: string, uniforms: Record<string, number | number[]>): void {
   for (const [uniform, value] of Object.entries(uniforms)) native.setPassUniform(name, uniform, new Float32Array([value].flat()));
+}
+
+/** Such trouble begins with the address of what was asked for; a worker's does not. */
+function isAboutFetching(trouble: string): boolean {
+  return /^https?:/.test(trouble);
 }
 
 /** What a caller leaves out of a first view is as in the overview; but one who names a place looks from above it. */

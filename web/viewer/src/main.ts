@@ -46,7 +46,7 @@ async function show(choice: DatasetChoice): Promise<void> {
   document.body.append(makeLoading(viewer, choice.name), messages.element);
   viewer.on("problem", (problem) => {
     if (problem?.isFatal) showFatal(problem);
-    else messages.showProblem(problem);
+    else messages.showProblem(problem, viewer.dataset !== null);
   });
 
   const dataset = await viewer.ready;

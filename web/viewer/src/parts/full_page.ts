@@ -1,5 +1,6 @@
 import type { Problem } from "terrane";
 import type { DatasetChoice } from "../datasets.js";
+import { makeAddressForm } from "./address_form.js";
 import { type Child, el } from "./dom.js";
 import { formatBytes, formatNumber } from "./format.js";
 import { icon } from "./icons.js";
@@ -26,25 +27,9 @@ export function showNoDataset(reason: string): void {
       el("code", {}, "terrane serve"),
       " or any web server delivers it.",
     ),
-    el(
-      "form",
-      { class: "open-address", on: { submit: openAddress } },
-      el(
-        "label",
-        {},
-        "Address of a dataset",
-        el("input", { name: "dataset", type: "text", inputmode: "url", placeholder: "https://example.org/alps.terrane/", required: true }),
-      ),
-      el("button", { class: "primary", type: "submit" }, "Open"),
-    ),
+    makeAddressForm(),
     again(),
   );
-}
-
-function openAddress(event: SubmitEvent): void {
-  event.preventDefault();
-  const address = String(new FormData(event.target as HTMLFormElement).get("dataset") ?? "").trim();
-  if (address !== "") location.href = `?dataset=${encodeURIComponent(address)}`;
 }
 
 /** Nothing more will be drawn. */
