@@ -122,6 +122,42 @@ test("one finger moves the map, two come nearer and turn", async () => {
   await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
 });
 
+test("two fingers beside the ground turn and come nearer around the middle of the picture", async () => {
+  await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
+  await settled(page);
+  const middle = () =>
+    page.evaluate(() => {
+      const { canvas } = window.terraneViewer;
+      return window.terraneViewer.pick(canvas.clientWidth / 2, canvas.clientHeight / 2);
+    });
+  const before = await middle();
+  assert.equal(await page.evaluate(() => window.terraneViewer.pick(195, 160)), null, "no sky");
+  const arms = [0, 15, 30, 45, 60].map((degrees) => [Math.cos((degrees * Math.PI) / 180) * 70, Math.sin((degrees * Math.PI) / 180) * 70]);
+  await gesture(
+    arms.map(([x, y]) => [
+      [195 - x, 160 - y],
+      [195 + x, 160 + y],
+    ]),
+  );
+  await page.waitForFunction(() => {
+    const { heading } = window.terraneViewer.view;
+    return heading > 40 && heading < 320;
+  });
+  const turned = await middle();
+  assert.ok(turned !== null && Math.hypot(turned.easting - before.easting, turned.northing - before.northing) < 80, "the ground was lost");
+  await gesture(
+    [40, 60, 80, 100].map((x) => [
+      [195 - x, 160],
+      [195 + x, 160],
+    ]),
+  );
+  await page.waitForFunction((distance) => {
+    const { terraneViewer: viewer } = window;
+    return viewer.pick(viewer.canvas.clientWidth / 2, viewer.canvas.clientHeight / 2).distance < 0.6 * distance;
+  }, before.distance);
+  await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
+});
+
 test("a panel is a sheet at the bottom; the ground stays above it", async () => {
   const { height } = await page.locator(".ground").boundingBox();
   await page.locator(".toolbar [data-tool=layers]").tap();

@@ -134,6 +134,65 @@ test("zoom buttons come nearer and go away; the overview comes back", async () =
   await page.waitForFunction((height) => window.terraneViewer.view.height === height, overview);
 });
 
+test("whoever goes away stops where all of the ground is still to be seen, and comes back", async () => {
+  const share = () =>
+    page.evaluate(() => {
+      const { terraneViewer: viewer } = window;
+      const { bounds, minHeight, maxHeight } = viewer.dataset;
+      const [width, length, high] = [bounds.east - bounds.west, bounds.north - bounds.south, maxHeight - minHeight];
+      const { easting, northing, height } = viewer.view;
+      const away = [easting - bounds.west - width / 2, northing - bounds.south - length / 2, height - minHeight - high / 2];
+      return Math.hypot(...away) / Math.hypot(width, length, high);
+    });
+  const { width, height } = page.viewportSize();
+  await page.mouse.move(width / 2, height / 2);
+  for (let i = 0; i < 40; ++i) await page.mouse.wheel(0, 400);
+  await page.waitForFunction(() => window.terraneViewer.view.height > 3e4);
+  await page.evaluate(() => new Promise((done) => setTimeout(done, 1000)));
+  const far = await share();
+  assert.ok(far > 8 && far <= 10.001, `${far} diagonals away`);
+  await page.locator("[data-tool=zoom-out]").click();
+  await page.evaluate(() => new Promise((done) => setTimeout(done, 600)));
+  assert.ok((await share()) <= 10.001, "the button goes further");
+  await page.mouse.move(width / 2, height / 2);
+  for (let i = 0; i < 3; ++i) await page.mouse.wheel(0, -400);
+  await page.evaluate(() => new Promise((done) => setTimeout(done, 1000)));
+  assert.ok((await share()) < 0.5 * far, "it does not come back");
+});
+
+test("a turn that begins in the sky goes around the middle of the picture", async () => {
+  await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
+  await settled(page);
+  const { width, height } = page.viewportSize();
+  const middle = () => page.evaluate(([x, y]) => window.terraneViewer.pick(x, y), [width / 2, height / 2]);
+  const before = await middle();
+  assert.equal(await page.evaluate((x) => window.terraneViewer.pick(x, 20), width / 2), null, "no sky");
+  await page.mouse.move(width / 2, 20);
+  await page.mouse.down({ button: "right" });
+  await page.mouse.move(width / 2 + 200, 20, { steps: 5 });
+  await page.mouse.up({ button: "right" });
+  assert.ok(near(await page.evaluate(() => window.terraneViewer.view.heading), 60, 1));
+  const after = await middle();
+  assert.ok(Math.hypot(after.easting - before.easting, after.northing - before.northing) < 60, "what was in the middle has gone");
+  // Where no ground is in the picture, around the nearest: it comes back.
+  await page.evaluate(() => {
+    const { terraneViewer: viewer } = window;
+    const { east, west, south, north } = viewer.dataset.bounds;
+    viewer.setView({ easting: west, northing: south - (north - south), height: viewer.dataset.maxHeight, heading: 180, pitch: 0, fov: 45 });
+    window.farFromCorner = () => Math.hypot(viewer.view.easting - west, viewer.view.northing - south) / (east - west);
+  });
+  assert.equal(await middle(), null);
+  const far = await page.evaluate(() => window.farFromCorner());
+  await page.mouse.move(150, 300);
+  await page.mouse.down({ button: "right" });
+  await page.mouse.move(750, 300, { steps: 5 });
+  await page.mouse.up({ button: "right" });
+  assert.ok(near(await page.evaluate(() => window.terraneViewer.view.heading), 0, 1));
+  assert.ok(near(await page.evaluate(() => window.farFromCorner()), far, 0.02 * far), "it turned around something else");
+  await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
+  await settled(page);
+});
+
 test("keys turn north up and look straight down", async () => {
   await page.evaluate(() => window.terraneViewer.setView({ heading: 120 }));
   await page.keyboard.press("n");

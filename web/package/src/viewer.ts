@@ -12,7 +12,8 @@ import type { Engine, EngineReport, EngineView } from "./engine.js";
 import { Events } from "./events.js";
 import { FlightRecorder } from "./flight_recorder.js";
 import {
-  type Vector, add, basisOf, clamp, kSteepestPitch, pixelOf, scale, viewBetween, viewOfCorners, worldFromPlace, wrapHeading,
+  type Box, type Vector, add, basisOf, clamp, kSteepestPitch, length, pixelOf, placeFromWorld, scale, stayInBall, subtract,
+  viewBetween, viewOfCorners, worldFromPlace, wrapHeading,
 } from "./geometry.js";
 import { packLines } from "./ground_lines.js";
 import { type Motion, glide } from "./motion.js";
@@ -23,6 +24,8 @@ const kUsualFov = 45;
 const kUsualRefraction = 0.13;
 /** The eye stays so far above the ground, metres, when somebody moves it. */
 const kLeastClearance = 3;
+/** Nobody gets further away from the middle of the ground than so many of its diagonals: it is a few per cent of the picture then. */
+const kFurthestDiagonals = 10;
 /** Nothing moves and nothing comes: looked after so often. */
 const kIdleMilliseconds = 250;
 /** The camera counts as moving for so long after it moved. */
@@ -558,7 +561,7 @@ class TerraneViewer implements Viewer {
     move: (view: View) => {
       if (viewer.info === null) return;
       viewer.endMotion(false);
-      viewer.place(viewer.aboveGround(view));
+      viewer.place(viewer.aboveGround(viewer.inReach(view)));
     },
     world: () => viewer.world(),
     size: () => ({ width: Math.max(1, viewer.canvas.clientWidth), height: Math.max(1, viewer.canvas.clientHeight) }),
@@ -566,6 +569,7 @@ class TerraneViewer implements Viewer {
       const found = viewer.pick(x, y);
       return found === null ? null : worldFromPlace(found, viewer.world());
     },
+    groundBox: () => viewer.groundBox(),
     clearance: () => {
       const { easting, northing, height } = viewer.current;
       const ground = viewer.elevationAt(easting, northing) ?? viewer.info?.minHeight ?? 0;
@@ -573,6 +577,29 @@ class TerraneViewer implements Viewer {
     },
     wake: () => viewer.wake(),
   }))(this);
+
+  /** All of the ground, in the world. */
+  private groundBox(): Box | null {
+    const { info } = this;
+    if (info === null) return null;
+    const { west, south, east, north } = info.bounds;
+    const world = this.world();
+    return {
+      low: worldFromPlace({ easting: west, northing: south, height: info.minHeight }, world),
+      high: worldFromPlace({ easting: east, northing: north, height: info.maxHeight }, world),
+    };
+  }
+
+  private inReach(view: View): View {
+    const box = this.groundBox();
+    if (box === null) return view;
+    const world = this.world();
+    const to = worldFromPlace(view, world);
+    const middle = scale(add(box.low, box.high), 0.5);
+    const most = kFurthestDiagonals * length(subtract(box.high, box.low));
+    const at = stayInBall(worldFromPlace(this.current, world), to, middle, most);
+    return at === to ? view : { ...view, ...placeFromWorld(at, world) };
+  }
 
   private aboveGround(view: View): View {
     const ground = this.elevationAt(view.easting, view.northing);
