@@ -238,6 +238,47 @@ test("the address follows the view without a new entry in the history, and bring
   await other.context().close();
 });
 
+test("a link from near the ground brings back the picture to a tenth of a pixel", async () => {
+  const place = await placeAt(page, 0.437, 0.521);
+  const ahead = await page.evaluate(({ easting, northing }) => {
+    const { terraneViewer: viewer } = window;
+    viewer.set({ exaggeration: 1 });
+    const height = viewer.elevationAt(easting, northing) + 3;
+    viewer.setView({ easting: easting + 0.0473, northing: northing - 0.0391, height, heading: 31.23457, pitch: -21.98765, fov: 47.12346 });
+    return { easting: easting + 4, northing: northing + 6, height: height - 3 };
+  }, place);
+  await settled(page);
+  await page.keyboard.press("k");
+  const pixel = (from) => from.evaluate((ahead) => window.terraneViewer.project(ahead), ahead);
+  const other = await newPage(browser);
+  await openViewer(other, page.url());
+  const [a, b] = [await pixel(page), await pixel(other)];
+  assert.ok(Math.hypot(a.x - b.x, a.y - b.y) < 0.1, `${JSON.stringify(a)} against ${JSON.stringify(b)}`);
+  await other.context().close();
+});
+
+test("while the camera moves the address waits, and says where it came to rest", async () => {
+  await page.evaluate(() => {
+    window.writes = 0;
+    const { replaceState } = history;
+    history.replaceState = (...rest) => {
+      ++window.writes;
+      replaceState.apply(history, rest);
+    };
+    return window.terraneViewer.flyTo(window.terraneViewer.overview(), { seconds: 2.5 });
+  });
+  assert.ok((await page.evaluate(() => window.writes)) <= 1, "the address changes while the camera moves");
+  await page.waitForFunction(() => location.hash.startsWith(`#${Number(window.terraneViewer.view.easting.toFixed(1))},`));
+});
+
+test("an exaggeration that no slider has comes to the end of the slider", async () => {
+  const other = await newPage(browser);
+  await openViewer(other, `${server.url}#&exaggeration=1e9&tau=1e-9`);
+  const { exaggeration, tau } = await other.evaluate(() => window.terraneViewer.settings);
+  assert.deepEqual([exaggeration, tau], [8, 0.25]);
+  await other.context().close();
+});
+
 test("an address that makes no sense shows the overview", async () => {
   const other = await newPage(browser);
   await openViewer(other, `${server.url}#NaN,1e999,,&mode=weird&exaggeration=-3&layers=%E0%A4%A&tau=&&&=`);
