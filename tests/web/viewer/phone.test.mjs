@@ -178,6 +178,28 @@ test("a panel is a sheet at the bottom; the ground stays above it", async () => 
   assert.equal(await page.locator("#panel-layers").count(), 0);
 });
 
+test("a sheet is closed by a swipe down, or a tap on its handle", async () => {
+  const sheet = page.locator("#panel-layers");
+  const open = async () => {
+    // note: a tap so soon after another at the same place is a double tap to the browser.
+    await page.keyboard.press("l");
+    await sheet.waitFor();
+    await page.waitForFunction(() => document.querySelector("#panel-layers").getAnimations().length === 0);
+    const { y } = await sheet.boundingBox();
+    return y;
+  };
+  const swipe = (y, far) => gesture([0, 0.5, 1].map((share) => [[150, y + 16 + share * far]]));
+  await swipe(await open(), 90);
+  await sheet.waitFor({ state: "detached" });
+  // Not far enough: it stays, where it was.
+  const y = await open();
+  await swipe(y, 24);
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  assert.equal((await sheet.boundingBox()).y, y);
+  await page.touchscreen.tap(195, y + 8);
+  await sheet.waitFor({ state: "detached" });
+});
+
 test("every tool and panel is reached by touch, and each sheet is whole", async () => {
   const hidden = ["light", "detail", "statistics", "sight", "flights"];
   for (const id of ["layers", "measure", "profile", "lines", ...hidden]) {
@@ -272,6 +294,25 @@ test("turned on its side, everything still fits", async () => {
   await page.locator(".toolbar [data-tool=layers]").tap();
   assert.ok(isWhole(await page.locator("#panel-layers").boundingBox(), 844, 390));
   await page.waitForFunction(() => window.terraneViewer.isSettled, null, { timeout: kPatience });
+});
+
+test("in a very small window every button is reached, and none lies under another", async () => {
+  await page.keyboard.press("Escape");
+  for (const [width, height] of [
+    [320, 256],
+    [568, 320],
+  ]) {
+    await page.setViewportSize({ width, height });
+    const hidden = await page.evaluate(() =>
+      [...document.querySelectorAll(".navigation button, .toolbar .is-first")].flatMap((button) => {
+        const box = button.getBoundingClientRect();
+        return button.contains(document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2)) ? [] : [button.title];
+      }),
+    );
+    assert.deepEqual(hidden, [], `${width} x ${height}`);
+    assert.equal(await page.locator(".scale-bar").isVisible(), false);
+  }
+  await page.setViewportSize({ width: 390, height: 844 });
 });
 
 test("nothing went wrong on the way", () => assert.deepEqual(page.errors, []));
