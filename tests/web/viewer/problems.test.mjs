@@ -71,6 +71,16 @@ test("several datasets: a chooser, and a link to each", async () => {
     assert.equal(await text(page, ".title h1"), "bare");
     await page.keyboard.press("l");
     assert.match(await text(page, "#panel-layers"), /no imagery/);
+    // From one to another: the title opens the list again.
+    await page.locator(".title-button").click();
+    assert.match(await page.locator(".datasets [aria-current]").innerText(), /bare/);
+    await page.keyboard.press("Escape");
+    await page.locator(".datasets").waitFor({ state: "detached" });
+    await page.locator(".title-button").click();
+    await page.locator(".datasets a", { hasText: "hills" }).click();
+    await page.waitForURL(/dataset=hills/);
+    await settled(page);
+    assert.equal(await text(page, ".title h1"), "hills");
     await page.goto(`${several.url}?dataset=nothing`);
     await page.locator("#no-dataset").waitFor();
     assert.match(await text(page, "#no-dataset"), /no dataset “nothing”.*hills, bare/);
@@ -78,6 +88,13 @@ test("several datasets: a chooser, and a link to each", async () => {
     await page.context().close();
     await several.stop();
   }
+});
+
+test("one dataset alone: the title opens no list", async () => {
+  const page = await newPage(browser);
+  await openViewer(page, server.url);
+  assert.equal(await page.locator(".title button").count(), 0);
+  await page.context().close();
 });
 
 test("on a plain web server, under any path, ?dataset= opens a folder beside the viewer", async () => {

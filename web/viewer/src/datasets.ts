@@ -19,7 +19,7 @@ export async function findDataset(page: URL): Promise<Found> {
   const asked = page.searchParams.get("dataset")?.trim() ?? "";
   if (asked !== "" && !/^[\w.~-]+$/.test(asked)) return foundAt(asked, page);
 
-  const served = await askServer(page);
+  const served = await servedDatasets(page);
   if (asked !== "") {
     const known = served?.find((each) => each.name === asked || `${each.name}.terrane` === asked);
     if (known) return { kind: "one", dataset: known };
@@ -75,7 +75,13 @@ interface ServedDataset {
   files?: { bytes?: number }[];
 }
 
-/** What `terrane serve` lists; null where the page comes from another kind of server. */
+let asked: Promise<DatasetChoice[] | null> | null = null;
+
+/** What `terrane serve` lists, asked once; null where the page comes from another kind of server. */
+export function servedDatasets(page: URL): Promise<DatasetChoice[] | null> {
+  return (asked ??= askServer(page));
+}
+
 async function askServer(page: URL): Promise<DatasetChoice[] | null> {
   const address = new URL("datasets.json", page);
   try {

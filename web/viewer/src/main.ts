@@ -52,7 +52,7 @@ async function show(choice: DatasetChoice): Promise<void> {
   const dataset = await viewer.ready;
   applyAddress(viewer, asked, defaults);
   const writeAddress = keepAddress(viewer, defaults);
-  window.terraneApp = makeShell(viewer, dataset, messages, writeAddress);
+  window.terraneApp = makeShell(viewer, dataset, choice, messages, writeAddress);
   canvas.focus({ preventScroll: true });
 }
 

@@ -1,8 +1,8 @@
 import type { Problem } from "terrane";
 import type { DatasetChoice } from "../datasets.js";
 import { makeAddressForm } from "./address_form.js";
+import { makeChooser } from "./chooser.js";
 import { type Child, el } from "./dom.js";
-import { formatBytes, formatNumber } from "./format.js";
 import { icon } from "./icons.js";
 
 /** What stands in place of the ground: nothing to show, or something to choose. */
@@ -56,33 +56,5 @@ export function showFatal(problem: Problem): void {
 
 export function showChooser(datasets: DatasetChoice[]): void {
   document.title = "Terrane";
-  fullPage(
-    "chooser",
-    "Which terrain?",
-    el(
-      "ul",
-      { class: "chooser" },
-      ...datasets.map((each) =>
-        el(
-          "li",
-          {},
-          el(
-            "a",
-            { href: `?dataset=${encodeURIComponent(each.name)}` },
-            el("strong", {}, each.name),
-            el("span", {}, each.crs ?? ""),
-            el(
-              "span",
-              { class: "faint" },
-              each.minHeight !== undefined && each.maxHeight !== undefined
-                ? `${formatNumber(each.minHeight)} to ${formatNumber(each.maxHeight)} m`
-                : "",
-              each.bytes ? ` · ${formatBytes(each.bytes)}` : "",
-              each.attribution ? ` · ${each.attribution}` : "",
-            ),
-          ),
-        ),
-      ),
-    ),
-  );
+  fullPage("chooser", "Which terrain?", makeChooser(datasets));
 }
