@@ -1,6 +1,6 @@
 import type { Action, App, Panel } from "../app.js";
 import { actions, panelGroups, viewActions } from "../panels/all.js";
-import { el, fill } from "./dom.js";
+import { el } from "./dom.js";
 import { icon, type IconName } from "./icons.js";
 import { makeCompass } from "./compass.js";
 
@@ -97,7 +97,8 @@ function markRecording(button: HTMLButtonElement, isRecording: boolean, title: s
   const now = isRecording ? titleRecording : title;
   button.classList.toggle("is-recording", isRecording);
   button.title = key ? `${now} (${key.toUpperCase()})` : now;
-  fill(button.querySelector(".tool-label")!, now);
+  if (isRecording) button.setAttribute("aria-label", now);
+  else button.removeAttribute("aria-label");
 }
 
 function toolButton(id: string, title: string, key: string, name: IconName, click: (event: MouseEvent) => void): HTMLButtonElement {
