@@ -224,6 +224,24 @@ test("flights: recorded, flown again, saved, opened by dropping", async () => {
   await page.waitForFunction(() => window.terraneApp.flights.state === "idle");
 });
 
+test("flights: a recording is to be seen without its panel, and a slip of the hand keeps the flight before it", async () => {
+  const before = await page.evaluate(() => window.terraneApp.flights.flight.json);
+  await page.locator("#flight-record").dblclick();
+  await lastToast(page, "too short");
+  assert.equal(await page.evaluate(() => window.terraneApp.flights.state), "idle");
+  assert.equal(await page.evaluate(() => window.terraneApp.flights.flight.json), before);
+  await page.locator("#flight-record").click();
+  await page.keyboard.press("Escape");
+  const button = page.locator(".toolbar [data-tool=flights]");
+  assert.equal(await button.getAttribute("title"), "Recording (C)");
+  assert.ok(await button.evaluate((element) => getComputedStyle(element, "::after").backgroundColor !== "rgba(0, 0, 0, 0)"), "no mark");
+  await page.keyboard.press("c");
+  await page.evaluate(() => window.terraneViewer.flyTo({ heading: 90 }, { seconds: 0.8 }));
+  await page.locator("#flight-record", { hasText: "Stop" }).click();
+  assert.equal(await button.getAttribute("title"), "Flights (C)");
+  assert.notEqual(await page.evaluate(() => window.terraneApp.flights.flight.json), before);
+});
+
 test("flights: a file that is none is said to be none", async () => {
   await dropFiles(page, [
     { name: "bad.json", text: '{"terraneFlight":1,"keys":[{"time":0,"eye":[0,0,0],"wrong":1},{"time":1,"eye":[0,0,0]}]}' },

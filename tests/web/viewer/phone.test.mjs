@@ -124,6 +124,42 @@ test("one finger moves the map, two come nearer and turn", async () => {
   await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
 });
 
+test("two fingers beside the ground turn and come nearer around the middle of the picture", async () => {
+  await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
+  await settled(page);
+  const middle = () =>
+    page.evaluate(() => {
+      const { canvas } = window.terraneViewer;
+      return window.terraneViewer.pick(canvas.clientWidth / 2, canvas.clientHeight / 2);
+    });
+  const before = await middle();
+  assert.equal(await page.evaluate(() => window.terraneViewer.pick(195, 160)), null, "no sky");
+  const arms = [0, 15, 30, 45, 60].map((degrees) => [Math.cos((degrees * Math.PI) / 180) * 70, Math.sin((degrees * Math.PI) / 180) * 70]);
+  await gesture(
+    arms.map(([x, y]) => [
+      [195 - x, 160 - y],
+      [195 + x, 160 + y],
+    ]),
+  );
+  await page.waitForFunction(() => {
+    const { heading } = window.terraneViewer.view;
+    return heading > 40 && heading < 320;
+  });
+  const turned = await middle();
+  assert.ok(turned !== null && Math.hypot(turned.easting - before.easting, turned.northing - before.northing) < 80, "the ground was lost");
+  await gesture(
+    [40, 60, 80, 100].map((x) => [
+      [195 - x, 160],
+      [195 + x, 160],
+    ]),
+  );
+  await page.waitForFunction((distance) => {
+    const { terraneViewer: viewer } = window;
+    return viewer.pick(viewer.canvas.clientWidth / 2, viewer.canvas.clientHeight / 2).distance < 0.6 * distance;
+  }, before.distance);
+  await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
+});
+
 test("a panel is a sheet at the bottom; the ground stays above it", async () => {
   const { height } = await page.locator(".ground").boundingBox();
   await page.locator(".toolbar [data-tool=layers]").tap();
@@ -142,6 +178,28 @@ test("a panel is a sheet at the bottom; the ground stays above it", async () => 
   await page.evaluate(() => window.terraneViewer.set({ mode: "shaded" }));
   await page.locator("#panel-layers [aria-label='Close Layers']").tap();
   assert.equal(await page.locator("#panel-layers").count(), 0);
+});
+
+test("a sheet is closed by a swipe down, or a tap on its handle", async () => {
+  const sheet = page.locator("#panel-layers");
+  const open = async () => {
+    // note: a tap so soon after another at the same place is a double tap to the browser.
+    await page.keyboard.press("l");
+    await sheet.waitFor();
+    await page.waitForFunction(() => document.querySelector("#panel-layers").getAnimations().length === 0);
+    const { y } = await sheet.boundingBox();
+    return y;
+  };
+  const swipe = (y, far) => gesture([0, 0.5, 1].map((share) => [[150, y + 16 + share * far]]));
+  await swipe(await open(), 90);
+  await sheet.waitFor({ state: "detached" });
+  // Not far enough: it stays, where it was.
+  const y = await open();
+  await swipe(y, 24);
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  assert.equal((await sheet.boundingBox()).y, y);
+  await page.touchscreen.tap(195, y + 8);
+  await sheet.waitFor({ state: "detached" });
 });
 
 test("every tool and panel is reached by touch, and each sheet is whole", async () => {
@@ -238,6 +296,25 @@ test("turned on its side, everything still fits", async () => {
   await page.locator(".toolbar [data-tool=layers]").tap();
   assert.ok(isWhole(await page.locator("#panel-layers").boundingBox(), 844, 390));
   await page.waitForFunction(() => window.terraneViewer.isSettled, null, { timeout: kPatience });
+});
+
+test("in a very small window every button is reached, and none lies under another", async () => {
+  await page.keyboard.press("Escape");
+  for (const [width, height] of [
+    [320, 256],
+    [568, 320],
+  ]) {
+    await page.setViewportSize({ width, height });
+    const hidden = await page.evaluate(() =>
+      [...document.querySelectorAll(".navigation button, .toolbar .is-first")].flatMap((button) => {
+        const box = button.getBoundingClientRect();
+        return button.contains(document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2)) ? [] : [button.title];
+      }),
+    );
+    assert.deepEqual(hidden, [], `${width} x ${height}`);
+    assert.equal(await page.locator(".scale-bar").isVisible(), false);
+  }
+  await page.setViewportSize({ width: 390, height: 844 });
 });
 
 test("nothing went wrong on the way", () => assert.deepEqual(page.errors, []));

@@ -71,6 +71,16 @@ test("several datasets: a chooser, and a link to each", async () => {
     assert.equal(await text(page, ".title h1"), "bare");
     await page.keyboard.press("l");
     assert.match(await text(page, "#panel-layers"), /no imagery/);
+    // From one to another: the title opens the list again.
+    await page.locator(".title-button").click();
+    assert.match(await page.locator(".datasets [aria-current]").innerText(), /bare/);
+    await page.keyboard.press("Escape");
+    await page.locator(".datasets").waitFor({ state: "detached" });
+    await page.locator(".title-button").click();
+    await page.locator(".datasets a", { hasText: "hills" }).click();
+    await page.waitForURL(/dataset=hills/);
+    await settled(page);
+    assert.equal(await text(page, ".title h1"), "hills");
     await page.goto(`${several.url}?dataset=nothing`);
     await page.locator("#no-dataset").waitFor();
     assert.match(await text(page, "#no-dataset"), /no dataset “nothing”.*hills, bare/);
@@ -78,6 +88,13 @@ test("several datasets: a chooser, and a link to each", async () => {
     await page.context().close();
     await several.stop();
   }
+});
+
+test("one dataset alone: the title opens no list", async () => {
+  const page = await newPage(browser);
+  await openViewer(page, server.url);
+  assert.equal(await page.locator(".title button").count(), 0);
+  await page.context().close();
 });
 
 test("on a plain web server, under any path, ?dataset= opens a folder beside the viewer", async () => {
@@ -105,6 +122,49 @@ test("no dataset at the address: says so, and takes another address", async () =
   await settled(page);
   assert.equal(await text(page, ".title h1"), "hills");
   await page.context().close();
+});
+
+test("an address that is none of a dataset is refused in words", async () => {
+  const page = await newPage(browser);
+  for (const address of ["javascript:alert(1)", "data:text/plain,hills", "http://[", "file:///etc/"]) {
+    await page.goto(`${server.url}?dataset=${encodeURIComponent(address)}`);
+    await page.locator("#no-dataset").waitFor();
+    assert.match(await text(page, "#no-dataset"), /is no address of a dataset/);
+  }
+  assert.deepEqual(page.errors, []);
+  await page.context().close();
+});
+
+test("a server that does not answer at first: says so, takes another address, and goes on asking", async () => {
+  const dataset = makeDataset();
+  const mortal = await serve(dataset, { args: ["--cors"] });
+  await mortal.stop();
+  const page = await newPage(browser);
+  let reborn;
+  try {
+    await page.goto(`${server.url}?dataset=${encodeURIComponent(`${mortal.url}d/hills/`)}`);
+    await page.locator(".banner[data-code=offline]").waitFor({ timeout: 15_000 });
+    assert.equal(await text(page, ".banner"), "The server does not answer; trying again.");
+    const problem = await page.evaluate(() => window.terraneViewer.problem);
+    assert.equal(problem.code, "offline");
+    assert.equal(problem.isFatal, false);
+    assert.match(await text(page, ".splash"), /manifest\.json: no answer/);
+    assert.ok(await page.locator(".splash .open-address input").isVisible());
+    reborn = await serve(dataset, { port: mortal.port, args: ["--cors"] });
+    await settled(page);
+    await page.locator(".banner").waitFor({ state: "hidden" });
+    assert.equal(await page.evaluate(() => window.terraneViewer.problem), null);
+    assert.deepEqual(page.errors, []);
+    // Another address in place of waiting.
+    await reborn.stop();
+    await page.reload();
+    await page.locator(".splash .open-address input").fill("hills");
+    await page.locator(".splash .open-address button").click();
+    await settled(page);
+  } finally {
+    await page.context().close();
+    await reborn?.stop();
+  }
 });
 
 test("no WebGL2: says so in words", async () => {
@@ -214,7 +274,37 @@ test("the graphics are taken away and come back", async () => {
   await page.locator(".banner").waitFor({ state: "hidden" });
   await settled(page);
   assert.equal(await page.evaluate(() => window.terraneViewer.statistics().triangles), triangles);
-  assert.deepEqual(asked, [], "what is decoded stays");
+  // note: what knows projections comes by itself when the page has had time.
+  assert.deepEqual(
+    asked.filter((url) => url.includes("/d/")),
+    [],
+    "what is decoded stays",
+  );
+  assert.ok((await page.evaluate(async () => (await window.terraneViewer.screenshot()).size)) > 20_000);
+  await page.context().close();
+});
+
+test("graphics that are taken away again and again come back each time", async () => {
+  const page = await newPage(browser);
+  await openViewer(page, server.url);
+  await page.evaluate(async () => {
+    const { terraneViewer: viewer } = window;
+    const lose = viewer.canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
+    const wait = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+    for (let i = 0; i < 3; ++i) {
+      // In the middle of a move, so that there are frames between the loss and its event.
+      void viewer.flyTo({ heading: 40 * (i + 1) }, { seconds: 1 });
+      await wait(200);
+      lose.loseContext();
+      await wait(500);
+      lose.restoreContext();
+      await wait(200);
+    }
+  });
+  await page.locator(".banner").waitFor({ state: "hidden" });
+  await settled(page);
+  assert.deepEqual(page.errors, []);
+  assert.equal(await page.evaluate(() => window.terraneViewer.problem), null);
   assert.ok((await page.evaluate(async () => (await window.terraneViewer.screenshot()).size)) > 20_000);
   await page.context().close();
 });

@@ -134,6 +134,65 @@ test("zoom buttons come nearer and go away; the overview comes back", async () =
   await page.waitForFunction((height) => window.terraneViewer.view.height === height, overview);
 });
 
+test("whoever goes away stops where all of the ground is still to be seen, and comes back", async () => {
+  const share = () =>
+    page.evaluate(() => {
+      const { terraneViewer: viewer } = window;
+      const { bounds, minHeight, maxHeight } = viewer.dataset;
+      const [width, length, high] = [bounds.east - bounds.west, bounds.north - bounds.south, maxHeight - minHeight];
+      const { easting, northing, height } = viewer.view;
+      const away = [easting - bounds.west - width / 2, northing - bounds.south - length / 2, height - minHeight - high / 2];
+      return Math.hypot(...away) / Math.hypot(width, length, high);
+    });
+  const { width, height } = page.viewportSize();
+  await page.mouse.move(width / 2, height / 2);
+  for (let i = 0; i < 40; ++i) await page.mouse.wheel(0, 400);
+  await page.waitForFunction(() => window.terraneViewer.view.height > 3e4);
+  await page.evaluate(() => new Promise((done) => setTimeout(done, 1000)));
+  const far = await share();
+  assert.ok(far > 8 && far <= 10.001, `${far} diagonals away`);
+  await page.locator("[data-tool=zoom-out]").click();
+  await page.evaluate(() => new Promise((done) => setTimeout(done, 600)));
+  assert.ok((await share()) <= 10.001, "the button goes further");
+  await page.mouse.move(width / 2, height / 2);
+  for (let i = 0; i < 3; ++i) await page.mouse.wheel(0, -400);
+  await page.evaluate(() => new Promise((done) => setTimeout(done, 1000)));
+  assert.ok((await share()) < 0.5 * far, "it does not come back");
+});
+
+test("a turn that begins in the sky goes around the middle of the picture", async () => {
+  await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
+  await settled(page);
+  const { width, height } = page.viewportSize();
+  const middle = () => page.evaluate(([x, y]) => window.terraneViewer.pick(x, y), [width / 2, height / 2]);
+  const before = await middle();
+  assert.equal(await page.evaluate((x) => window.terraneViewer.pick(x, 20), width / 2), null, "no sky");
+  await page.mouse.move(width / 2, 20);
+  await page.mouse.down({ button: "right" });
+  await page.mouse.move(width / 2 + 200, 20, { steps: 5 });
+  await page.mouse.up({ button: "right" });
+  assert.ok(near(await page.evaluate(() => window.terraneViewer.view.heading), 60, 1));
+  const after = await middle();
+  assert.ok(Math.hypot(after.easting - before.easting, after.northing - before.northing) < 60, "what was in the middle has gone");
+  // Where no ground is in the picture, around the nearest: it comes back.
+  await page.evaluate(() => {
+    const { terraneViewer: viewer } = window;
+    const { east, west, south, north } = viewer.dataset.bounds;
+    viewer.setView({ easting: west, northing: south - (north - south), height: viewer.dataset.maxHeight, heading: 180, pitch: 0, fov: 45 });
+    window.farFromCorner = () => Math.hypot(viewer.view.easting - west, viewer.view.northing - south) / (east - west);
+  });
+  assert.equal(await middle(), null);
+  const far = await page.evaluate(() => window.farFromCorner());
+  await page.mouse.move(150, 300);
+  await page.mouse.down({ button: "right" });
+  await page.mouse.move(750, 300, { steps: 5 });
+  await page.mouse.up({ button: "right" });
+  assert.ok(near(await page.evaluate(() => window.terraneViewer.view.heading), 0, 1));
+  assert.ok(near(await page.evaluate(() => window.farFromCorner()), far, 0.02 * far), "it turned around something else");
+  await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
+  await settled(page);
+});
+
 test("keys turn north up and look straight down", async () => {
   await page.evaluate(() => window.terraneViewer.setView({ heading: 120 }));
   await page.keyboard.press("n");
@@ -176,6 +235,48 @@ test("the address follows the view without a new entry in the history, and bring
   await other.waitForFunction(
     () => Math.abs(window.terraneViewer.view.heading - 200) < 0.01 && window.terraneViewer.settings.mode === "height",
   );
+  await other.context().close();
+});
+
+test("a link from near the ground brings back the picture to a tenth of a pixel", async () => {
+  const place = await placeAt(page, 0.437, 0.521);
+  const ahead = await page.evaluate(({ easting, northing }) => {
+    const { terraneViewer: viewer } = window;
+    viewer.set({ exaggeration: 1 });
+    const height = viewer.elevationAt(easting, northing) + 3;
+    viewer.setView({ easting: easting + 0.0473, northing: northing - 0.0391, height, heading: 31.23457, pitch: -21.98765, fov: 47.12346 });
+    return { easting: easting + 4, northing: northing + 6, height: height - 3 };
+  }, place);
+  await settled(page);
+  await page.keyboard.press("k");
+  const pixel = (from) => from.evaluate((ahead) => window.terraneViewer.project(ahead), ahead);
+  const other = await newPage(browser);
+  await openViewer(other, page.url());
+  const [a, b] = [await pixel(page), await pixel(other)];
+  assert.ok(Math.hypot(a.x - b.x, a.y - b.y) < 0.1, `${JSON.stringify(a)} against ${JSON.stringify(b)}`);
+  await other.context().close();
+});
+
+test("while the camera moves the address waits, and says where it came to rest", async () => {
+  await page.evaluate(() => {
+    window.writes = 0;
+    const { replaceState } = history;
+    history.replaceState = (...rest) => {
+      ++window.writes;
+      replaceState.apply(history, rest);
+    };
+    return window.terraneViewer.flyTo(window.terraneViewer.overview(), { seconds: 2.5 });
+  });
+  // note: a frame that takes half a second looks like a rest.
+  assert.ok((await page.evaluate(() => window.writes)) <= 3, "the address changes while the camera moves");
+  await page.waitForFunction(() => location.hash.startsWith(`#${Number(window.terraneViewer.view.easting.toFixed(1))},`));
+});
+
+test("an exaggeration that no slider has comes to the end of the slider", async () => {
+  const other = await newPage(browser);
+  await openViewer(other, `${server.url}#&exaggeration=1e9&tau=1e-9`);
+  const { exaggeration, tau } = await other.evaluate(() => window.terraneViewer.settings);
+  assert.deepEqual([exaggeration, tau], [8, 0.25]);
   await other.context().close();
 });
 
@@ -272,6 +373,52 @@ test("everything on the page can be reached and named without a pointer", async 
   assert.equal(await page.evaluate(() => document.activeElement.id), "panel-layers");
   await page.keyboard.press("Escape");
   assert.equal(await page.evaluate(() => document.activeElement.dataset.tool), "layers");
+});
+
+test("what a pointer presses leaves the keys to the map; what Tab goes to uses its own and passes on the rest", async () => {
+  await page.evaluate(() => window.terraneViewer.setView(window.terraneViewer.overview()));
+  await settled(page);
+  const northing = () => page.evaluate(() => window.terraneViewer.view.northing);
+  const moves = async (what) => {
+    const before = await northing();
+    await page.keyboard.down("w");
+    await page.waitForFunction((before) => window.terraneViewer.view.northing > before + 20, before, { timeout: 10_000 }).catch(() => {
+      throw new Error(`W does not move the map after ${what}`);
+    });
+    await page.keyboard.up("w");
+    const rested = await northing();
+    await page.evaluate(() => new Promise((done) => setTimeout(done, 100)));
+    assert.equal(await northing(), rested, `W stays down after ${what}`);
+  };
+  await page.locator("[data-tool=measure]").first().click();
+  await moves("a click on a tool");
+  await page.keyboard.press("Space");
+  await page.locator(".overlay .mark").first().waitFor();
+  assert.equal(await page.locator("#panel-measure").count(), 1, "Space closed the tool");
+  await page.locator("#panel-measure .panel-head button").click();
+  await moves("a click on a panel's close button");
+  await page.locator("[data-tool=layers]").first().click();
+  await page.locator("#panel-layers .choice", { hasText: "Slope" }).click();
+  await moves("a choice");
+  await page.locator("#panel-layers .choice", { hasText: "Natural" }).click();
+  await page.keyboard.press("Escape");
+  // With the keyboard: W is not the button's, Space is.
+  await page.locator("[data-tool=measure]").first().focus();
+  await moves("Tab to a tool");
+  await page.keyboard.press("Space");
+  await page.locator("#panel-measure").waitFor();
+  await page.keyboard.press("Escape");
+  // Sliders keep the arrows alone, fields of text all keys.
+  await page.keyboard.press("u");
+  const slider = page.getByLabel("Height above the horizon");
+  await slider.focus();
+  const before = await northing();
+  await page.keyboard.press("ArrowUp");
+  assert.equal(await page.evaluate(() => window.terraneViewer.settings.sunAltitude), 39);
+  assert.equal(await northing(), before);
+  await moves("a slider");
+  await page.keyboard.press("ArrowDown");
+  await page.keyboard.press("Escape");
 });
 
 test("fly mode says its keys, moves with them, and Escape ends it", async () => {

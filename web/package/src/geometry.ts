@@ -35,6 +35,27 @@ export function placeFromWorld(at: Vector, world: WorldScale): Place {
   return { easting: at[0] / world.metersPerUnit, northing: at[1] / world.metersPerUnit, height: at[2] / world.exaggeration };
 }
 
+/** A box of the world, along its axes. */
+export interface Box {
+  low: Vector;
+  high: Vector;
+}
+
+export function nearestOf({ low, high }: Box, at: Vector): Vector {
+  return [clamp(at[0], low[0], high[0]), clamp(at[1], low[1], high[1]), clamp(at[2], low[2], high[2])];
+}
+
+/** The way from one point to another, ended where it leaves the ball; one from outside it may only come nearer. */
+export function stayInBall(from: Vector, to: Vector, middle: Vector, radius: number): Vector {
+  const begin = subtract(from, middle);
+  const end = subtract(to, middle);
+  if (length(end) <= Math.max(radius, length(begin))) return to;
+  if (length(begin) >= radius) return from;
+  const way = subtract(to, from);
+  const [a, b, c] = [dot(way, way), dot(way, begin), dot(begin, begin) - radius * radius];
+  return add(from, scale(way, (Math.sqrt(b * b - a * c) - b) / a));
+}
+
 /** The camera's directions in the world, all of length 1. */
 export interface Basis {
   right: Vector;

@@ -12,7 +12,8 @@ import type { Engine, EngineReport, EngineView } from "./engine.js";
 import { Events } from "./events.js";
 import { FlightRecorder } from "./flight_recorder.js";
 import {
-  type Vector, add, basisOf, clamp, kSteepestPitch, pixelOf, scale, viewBetween, viewOfCorners, worldFromPlace, wrapHeading,
+  type Box, type Vector, add, basisOf, clamp, kSteepestPitch, length, pixelOf, placeFromWorld, scale, stayInBall, subtract,
+  viewBetween, viewOfCorners, worldFromPlace, wrapHeading,
 } from "./geometry.js";
 import { packLines } from "./ground_lines.js";
 import { type Motion, glide } from "./motion.js";
@@ -23,6 +24,8 @@ const kUsualFov = 45;
 const kUsualRefraction = 0.13;
 /** The eye stays so far above the ground, metres, when somebody moves it. */
 const kLeastClearance = 3;
+/** Nobody gets further away from the middle of the ground than so many of its diagonals: it is a few per cent of the picture then. */
+const kFurthestDiagonals = 10;
 /** Nothing moves and nothing comes: looked after so often. */
 const kIdleMilliseconds = 250;
 /** The camera counts as moving for so long after it moved. */
@@ -186,9 +189,18 @@ class TerraneViewer implements Viewer {
   }
 
   private contextRestored(): void {
-    if (this.isDisposed) return;
+    // Taken away again before this was told: the next time, then.
+    if (this.isDisposed || this.isContextLost()) return;
     this.setProblem(null);
     if (this.native !== null) this.attach(this.native);
+  }
+
+  /** note: the canvas tells a loss only after a while; frames in between must not reach the engine. */
+  private isContextLost(): boolean {
+    return this.canvas.getContext("webgl2")?.isContextLost() ?? true;
+  }
+  private canDraw(): boolean {
+    return this.isAttached && !this.isContextLost();
   }
 
   dispose(): void {
@@ -230,9 +242,13 @@ class TerraneViewer implements Viewer {
     const problem = native.problem();
     if (problem !== "") {
       this.fail("no-dataset", problem);
+    } else if (this.info === null && isAboutFetching(native.trouble())) {
+      // note: what the engine reports of its requests begins with the open dataset; before, it only says what went wrong last.
+      const message = `The server does not answer; trying again until it does. ${native.trouble()}`;
+      this.setProblem({ code: "offline", message, isFatal: false });
     } else if (report.isOffline) {
-      const what = this.info === null ? "trying again until it does" : "what is here stays, and the rest is asked for until it does";
-      this.setProblem({ code: "offline", message: `The server does not answer; ${what}.`, isFatal: false });
+      const message = "The server does not answer; what is here stays, and the rest is asked for until it does.";
+      this.setProblem({ code: "offline", message, isFatal: false });
     } else if (report.tilesLost > 0) {
       this.setProblem({
         code: "damaged",
@@ -281,7 +297,7 @@ class TerraneViewer implements Viewer {
   /** A frame. Returns whether nothing moves and nothing more comes. */
   private step(): boolean {
     const { native } = this;
-    if (native === null || !this.isAttached) return true;
+    if (native === null || !this.canDraw()) return true;
     const now = performance.now();
     const sinceLast = now - this.lastStep;
     const seconds = clamp(sinceLast / 1000, 0, 0.1);
@@ -545,7 +561,7 @@ class TerraneViewer implements Viewer {
     move: (view: View) => {
       if (viewer.info === null) return;
       viewer.endMotion(false);
-      viewer.place(viewer.aboveGround(view));
+      viewer.place(viewer.aboveGround(viewer.inReach(view)));
     },
     world: () => viewer.world(),
     size: () => ({ width: Math.max(1, viewer.canvas.clientWidth), height: Math.max(1, viewer.canvas.clientHeight) }),
@@ -553,6 +569,7 @@ class TerraneViewer implements Viewer {
       const found = viewer.pick(x, y);
       return found === null ? null : worldFromPlace(found, viewer.world());
     },
+    groundBox: () => viewer.groundBox(),
     clearance: () => {
       const { easting, northing, height } = viewer.current;
       const ground = viewer.elevationAt(easting, northing) ?? viewer.info?.minHeight ?? 0;
@@ -560,6 +577,29 @@ class TerraneViewer implements Viewer {
     },
     wake: () => viewer.wake(),
   }))(this);
+
+  /** All of the ground, in the world. */
+  private groundBox(): Box | null {
+    const { info } = this;
+    if (info === null) return null;
+    const { west, south, east, north } = info.bounds;
+    const world = this.world();
+    return {
+      low: worldFromPlace({ easting: west, northing: south, height: info.minHeight }, world),
+      high: worldFromPlace({ easting: east, northing: north, height: info.maxHeight }, world),
+    };
+  }
+
+  private inReach(view: View): View {
+    const box = this.groundBox();
+    if (box === null) return view;
+    const world = this.world();
+    const to = worldFromPlace(view, world);
+    const middle = scale(add(box.low, box.high), 0.5);
+    const most = kFurthestDiagonals * length(subtract(box.high, box.low));
+    const at = stayInBall(worldFromPlace(this.current, world), to, middle, most);
+    return at === to ? view : { ...view, ...placeFromWorld(at, world) };
+  }
 
   private aboveGround(view: View): View {
     const ground = this.elevationAt(view.easting, view.northing);
@@ -662,7 +702,7 @@ class TerraneViewer implements Viewer {
   }
 
   addPass(pass: Pass): void {
-    if (this.native && this.isAttached && this.info) {
+    if (this.native && this.info && this.canDraw()) {
       const trouble = this.givePass(this.native, pass);
       if (trouble !== "") throw new ViewerError({ code: "engine", message: `The pass "${pass.name}" does not compile:\n${trouble}`, isFatal: false });
     }
@@ -730,6 +770,7 @@ class TerraneViewer implements Viewer {
   screenshot(): Promise<Blob> {
     const { native } = this;
     if (native === null) return Promise.reject(new Error("Nothing is drawn yet: await viewer.ready."));
+    if (!this.canDraw()) return Promise.reject(new Error("The graphics were taken away; try again when they are back."));
     // Drawn in this very turn: later the browser has taken the picture off the canvas.
     native.redraw();
     native.frame(performance.now() / 1000);
@@ -745,6 +786,11 @@ class TerraneViewer implements Viewer {
 
 function giveUniforms(native: EngineView, name: string, uniforms: Record<string, number | number[]>): void {
   for (const [uniform, value] of Object.entries(uniforms)) native.setPassUniform(name, uniform, new Float32Array([value].flat()));
+}
+
+/** Such trouble begins with the address of what was asked for; a worker's does not. */
+function isAboutFetching(trouble: string): boolean {
+  return /^https?:/.test(trouble);
 }
 
 /** What a caller leaves out of a first view is as in the overview; but one who names a place looks from above it. */

@@ -18,8 +18,14 @@ const kWords = {
 } as const;
 const kNumbers = ["tau", "exaggeration", "sunAzimuth", "sunAltitude", "imageryRelief", "imageryBrightness"] as const;
 const kSwitches = ["haze", "water"] as const;
-/** Of a history entry; browsers refuse more than about three a second. */
-const kWriteMilliseconds = 400;
+/** What the sliders have: an exaggeration of a thousand million never comes to rest. */
+export const kRanges = { exaggeration: [0.5, 8], tau: [0.25, 16] } as const;
+/** The camera is at rest after so long. Written sooner, a browser would ask for the page's icon with each step of a move. */
+const kRestMilliseconds = 500;
+/** One that does not come to rest is written after so long nevertheless. */
+const kLongestMilliseconds = 4000;
+/** What one reads in an address may move the picture so far. */
+const kPixels = 0.01;
 
 /** Takes what it understands, and leaves out the rest: addresses are typed by people. */
 export function readAddress(hash: string): AddressState {
@@ -53,9 +59,15 @@ function readSetting(out: AddressState, name: string, text: string): void {
   if ((kNumbers as readonly string[]).includes(name)) {
     const number = Number(value);
     const isPositive = name === "tau" || name === "exaggeration";
-    if (value.trim() !== "" && Number.isFinite(number) && (number > 0 || !isPositive)) Object.assign(settings, { [name]: number });
+    if (value.trim() !== "" && Number.isFinite(number) && (number > 0 || !isPositive))
+      Object.assign(settings, { [name]: inRange(name, number) });
   }
   if ((kSwitches as readonly string[]).includes(name) && /^(on|off)$/.test(value)) Object.assign(settings, { [name]: value === "on" });
+}
+
+function inRange(name: string, value: number): number {
+  const [least, most] = kRanges[name as keyof typeof kRanges] ?? [-Infinity, Infinity];
+  return Math.min(Math.max(value, least), most);
 }
 
 function decode(text: string): string {
@@ -68,19 +80,30 @@ function decode(text: string): string {
 
 /** Short numbers: no more digits than one sees. */
 const brief = (value: number, digits: number): string => String(Number(value.toFixed(digits)));
+/** Digits behind the point that tell such a step. */
+const digitsOf = (step: number): number => Math.min(Math.max(Math.ceil(-Math.log10(step)), 1), 9);
+
+function placeText(viewer: Viewer): string {
+  const { view, settings, dataset, canvas } = viewer;
+  // What a pixel is in the middle of the picture: degrees, and metres on the nearest ground.
+  const radians = (2 * Math.tan((view.fov * Math.PI) / 360)) / Math.max(canvas.clientHeight, 1);
+  const ground = viewer.elevationAt(view.easting, view.northing) ?? dataset?.minHeight ?? 0;
+  const meters = radians * Math.max((view.height - ground) * settings.exaggeration, 1) * kPixels;
+  const degrees = digitsOf(((radians * 180) / Math.PI) * kPixels);
+  const place = digitsOf(meters / (dataset?.metersPerUnit ?? 1));
+  return [
+    brief(view.easting, place),
+    brief(view.northing, place),
+    brief(view.height, digitsOf(meters / settings.exaggeration)),
+    brief(view.heading, degrees),
+    brief(view.pitch, degrees),
+    brief(view.fov, degrees),
+  ].join(",");
+}
 
 export function writeAddress(viewer: Viewer, defaults: Settings): string {
-  const { view, settings, layers } = viewer;
-  const parts = [
-    [
-      brief(view.easting, 1),
-      brief(view.northing, 1),
-      brief(view.height, 1),
-      brief(view.heading, 2),
-      brief(view.pitch, 2),
-      brief(view.fov, 1),
-    ].join(","),
-  ];
+  const { settings, layers } = viewer;
+  const parts = [placeText(viewer)];
   for (const name of Object.keys(kWords) as (keyof typeof kWords)[])
     if (settings[name] !== defaults[name]) parts.push(`${name}=${settings[name]}`);
   for (const name of kNumbers) if (Math.abs(settings[name] - defaults[name]) > 1e-6) parts.push(`${name}=${brief(settings[name], 3)}`);
@@ -98,14 +121,19 @@ export function writeAddress(viewer: Viewer, defaults: Settings): string {
 /** Keeps the address and the view the same: moves write it, a changed address moves. Returns what writes it at once. */
 export function keepAddress(viewer: Viewer, defaults: Settings): () => void {
   let timer = 0;
+  let since = 0;
   let written = location.hash;
   const write = (): void => {
+    clearTimeout(timer);
     timer = 0;
     written = writeAddress(viewer, defaults);
     if (written !== location.hash) history.replaceState(history.state, "", written);
   };
   const soon = (): void => {
-    if (timer === 0) timer = window.setTimeout(write, kWriteMilliseconds);
+    const now = performance.now();
+    if (timer === 0) since = now;
+    clearTimeout(timer);
+    timer = window.setTimeout(write, Math.min(kRestMilliseconds, Math.max(since + kLongestMilliseconds - now, 0)));
   };
   viewer.on("view", soon);
   viewer.on("settings", soon);

@@ -2,7 +2,10 @@ import type { Place, View, Viewer } from "terrane";
 
 const kDegrees = Math.PI / 180;
 
-/** What the camera turns around: the ground in the middle of the picture, or the nearest there is below it. */
+/** Nobody gets further away from the middle of the ground than so many of its diagonals, as with the wheel. */
+const kFurthestDiagonals = 10;
+
+/** The ground in the middle of the picture, or the nearest there is below it. */
 export function pivotOf(viewer: Viewer): Place | null {
   const { clientWidth: width, clientHeight: height } = viewer.canvas;
   for (const share of [0.5, 0.65, 0.8, 0.95]) {
@@ -10,6 +13,20 @@ export function pivotOf(viewer: Viewer): Place | null {
     if (found !== null) return found;
   }
   return null;
+}
+
+/** What the camera turns around: where no ground is in the picture, the nearest of all. */
+export function turningPointOf(viewer: Viewer): Place | null {
+  const found = pivotOf(viewer);
+  if (found !== null || viewer.dataset === null) return found;
+  const { bounds, minHeight, maxHeight } = viewer.dataset;
+  const { easting, northing, height } = viewer.view;
+  const clamp = (value: number, low: number, high: number): number => Math.min(Math.max(value, low), high);
+  return {
+    easting: clamp(easting, bounds.west, bounds.east),
+    northing: clamp(northing, bounds.south, bounds.north),
+    height: viewer.elevationAt(easting, northing) ?? clamp(height, minHeight, maxHeight),
+  };
 }
 
 interface World {
@@ -83,7 +100,7 @@ export const wrapHeading = (degrees: number): number => ((degrees % 360) + 360) 
 
 export function faceNorth(viewer: Viewer): void {
   const view = viewer.view;
-  const pivot = pivotOf(viewer);
+  const pivot = turningPointOf(viewer);
   void viewer.flyTo(pivot ? turnedAround(view, pivot, 0, view.pitch, worldOf(viewer)) : { heading: 0 }, { seconds: 0.6 });
 }
 
@@ -91,11 +108,26 @@ export function faceNorth(viewer: Viewer): void {
 export function toggleTopDown(viewer: Viewer): void {
   const view = viewer.view;
   const pitch = view.pitch < -80 ? -35 : -89.9;
-  const pivot = pivotOf(viewer);
+  const pivot = turningPointOf(viewer);
   void viewer.flyTo(pivot ? turnedAround(view, pivot, view.heading, pitch, worldOf(viewer)) : { pitch }, { seconds: 0.8 });
 }
 
 export function zoomBy(viewer: Viewer, factor: number): void {
-  const pivot = pivotOf(viewer);
-  if (pivot) void viewer.flyTo(scaledAround(viewer.view, pivot, factor, worldOf(viewer)), { seconds: 0.35 });
+  const pivot = turningPointOf(viewer);
+  if (pivot === null) return;
+  const next = scaledAround(viewer.view, pivot, factor, worldOf(viewer));
+  if (factor < 1 || isInReach(viewer, next)) void viewer.flyTo(next, { seconds: 0.35 });
+}
+
+function isInReach(viewer: Viewer, view: View): boolean {
+  if (viewer.dataset === null) return true;
+  const { bounds, minHeight, maxHeight } = viewer.dataset;
+  const world = worldOf(viewer);
+  const middle = {
+    easting: (bounds.west + bounds.east) / 2,
+    northing: (bounds.south + bounds.north) / 2,
+    height: (minHeight + maxHeight) / 2,
+  };
+  const corner = offsetOf({ ...view, easting: bounds.east, northing: bounds.north, height: maxHeight }, middle, world);
+  return Math.hypot(...offsetOf(view, middle, world)) <= kFurthestDiagonals * 2 * Math.hypot(...corner);
 }

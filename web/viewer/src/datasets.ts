@@ -17,13 +17,13 @@ export type Found =
 /** Looks at `?dataset=`, a name that the server knows or an address, then asks the server for what it has. */
 export async function findDataset(page: URL): Promise<Found> {
   const asked = page.searchParams.get("dataset")?.trim() ?? "";
-  if (asked !== "" && !/^[\w.~-]+$/.test(asked)) return { kind: "one", dataset: fromUrl(asked, page) };
+  if (asked !== "" && !/^[\w.~-]+$/.test(asked)) return foundAt(asked, page);
 
-  const served = await askServer(page);
+  const served = await servedDatasets(page);
   if (asked !== "") {
     const known = served?.find((each) => each.name === asked || `${each.name}.terrane` === asked);
     if (known) return { kind: "one", dataset: known };
-    if (served === null || served.length === 0 || asked.endsWith(".terrane")) return { kind: "one", dataset: fromUrl(asked, page) };
+    if (served === null || served.length === 0 || asked.endsWith(".terrane")) return foundAt(asked, page);
     return { kind: "none", reason: `The server has no dataset “${asked}”. It has: ${served.map((each) => each.name).join(", ")}.` };
   }
   if (served === null || served.length === 0)
@@ -35,11 +35,33 @@ export async function findDataset(page: URL): Promise<Found> {
   return served.length === 1 && first ? { kind: "one", dataset: first } : { kind: "several", datasets: served };
 }
 
-function fromUrl(address: string, page: URL): DatasetChoice {
-  const url = new URL(address, page);
+/** At an address, also one relative to the page. */
+function foundAt(address: string, page: URL): Found {
+  const url = parse(address, page);
+  if (url === null || !/^https?:$/.test(url.protocol))
+    return {
+      kind: "none",
+      reason: `“${address}” is no address of a dataset: those begin with https:// or http://, or are relative to this page.`,
+    };
   const folder = url.pathname.replace(/manifest\.json$/, "").replace(/\/+$/, "");
-  const name = decodeURIComponent(folder.split("/").at(-1) ?? "").replace(/\.terrane$/, "");
-  return { name: name || url.host, url: url.href };
+  const name = decode(folder.split("/").at(-1) ?? "").replace(/\.terrane$/, "");
+  return { kind: "one", dataset: { name: name || url.host, url: url.href } };
+}
+
+function parse(address: string, page: URL): URL | null {
+  try {
+    return new URL(address, page);
+  } catch {
+    return null;
+  }
+}
+
+function decode(text: string): string {
+  try {
+    return decodeURIComponent(text);
+  } catch {
+    return text;
+  }
 }
 
 interface ServedDataset {
@@ -53,7 +75,13 @@ interface ServedDataset {
   files?: { bytes?: number }[];
 }
 
-/** What `terrane serve` lists; null where the page comes from another kind of server. */
+let asked: Promise<DatasetChoice[] | null> | null = null;
+
+/** What `terrane serve` lists, asked once; null where the page comes from another kind of server. */
+export function servedDatasets(page: URL): Promise<DatasetChoice[] | null> {
+  return (asked ??= askServer(page));
+}
+
 async function askServer(page: URL): Promise<DatasetChoice[] | null> {
   const address = new URL("datasets.json", page);
   try {

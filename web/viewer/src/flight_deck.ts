@@ -6,6 +6,9 @@ export interface Flight {
   seconds: number;
 }
 
+/** A shorter recording is a slip of the hand, and no reason to give up the flight before it. */
+const kLeastSeconds = 0.5;
+
 export type FlightState = "idle" | "recording" | "flying";
 
 /** Records the camera's way, and flies it again. */
@@ -40,7 +43,9 @@ export class FlightDeck {
     } else {
       const json = this.recording.at.stop();
       this.recording = null;
-      this.flight = { name: "recorded flight", json, seconds: secondsOf(json) };
+      const seconds = secondsOf(json);
+      if (seconds >= kLeastSeconds) this.flight = { name: "recorded flight", json, seconds };
+      else this.say("That was too short for a flight; nothing was kept of it.");
     }
     this.tell();
   }
@@ -49,6 +54,7 @@ export class FlightDeck {
   load(json: string, name: string): string {
     const seconds = secondsOf(json);
     if (!Number.isFinite(seconds)) return "it is no flight that this viewer knows: docs/flights.md tells what one has";
+    if (this.recording) this.toggleRecording();
     this.flight = { name, json, seconds };
     this.tell();
     return "";

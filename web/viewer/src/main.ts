@@ -46,13 +46,13 @@ async function show(choice: DatasetChoice): Promise<void> {
   document.body.append(makeLoading(viewer, choice.name), messages.element);
   viewer.on("problem", (problem) => {
     if (problem?.isFatal) showFatal(problem);
-    else messages.showProblem(problem);
+    else messages.showProblem(problem, viewer.dataset !== null);
   });
 
   const dataset = await viewer.ready;
   applyAddress(viewer, asked, defaults);
   const writeAddress = keepAddress(viewer, defaults);
-  window.terraneApp = makeShell(viewer, dataset, messages, writeAddress);
+  window.terraneApp = makeShell(viewer, dataset, choice, messages, writeAddress);
   canvas.focus({ preventScroll: true });
 }
 

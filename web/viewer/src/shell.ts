@@ -1,5 +1,6 @@
 import type { DatasetInfo, Viewer } from "terrane";
 import type { App } from "./app.js";
+import type { DatasetChoice } from "./datasets.js";
 import { FlightDeck } from "./flight_deck.js";
 import { groundScaleOf } from "./geo/ground_scale.js";
 import { openFiles } from "./geo/open_file.js";
@@ -15,10 +16,17 @@ import { Panels } from "./parts/panels.js";
 import { Pointing } from "./parts/pointing.js";
 import { makeReadout } from "./parts/readout.js";
 import { makeScaleBar } from "./parts/scale_bar.js";
+import { makeTitle } from "./parts/title.js";
 import { makeNavigation, makeToolbar } from "./parts/toolbar.js";
 
 /** Everything around the ground, once it is known what the dataset is. `writeAddress`: brings the page's address up to date. */
-export function makeShell(viewer: Viewer, dataset: DatasetInfo, messages: Messages, writeAddress: () => void): App {
+export function makeShell(
+  viewer: Viewer,
+  dataset: DatasetInfo,
+  choice: DatasetChoice,
+  messages: Messages,
+  writeAddress: () => void,
+): App {
   let projection: Promise<Projection | null> | null = null;
   let fly: HTMLButtonElement | null = null;
   const say = (message: string, kind?: "info" | "warning"): void => messages.say(message, kind);
@@ -69,7 +77,7 @@ export function makeShell(viewer: Viewer, dataset: DatasetInfo, messages: Messag
     app.overlay.element,
     el("div", { class: "crosshair", "aria-hidden": "true" }),
     makeToolbar(app, help.toggle),
-    el("header", { class: "title" }, el("h1", {}, dataset.name), el("span", { class: "faint" }, dataset.crsName)),
+    makeTitle(dataset, choice),
     app.panels.element,
     navigation.element,
     el("footer", { class: "foot" }, makeReadout(app), makeScaleBar(app), el("div", { class: "credits faint" }, credits.join(" · "))),

@@ -1,16 +1,18 @@
 import type { View } from "../api.js";
-import type { Canvas, Vector, WorldScale } from "../geometry.js";
+import type { Box, Canvas, Vector, WorldScale } from "../geometry.js";
 
 /** What controls see of a viewer. */
 export interface CameraHost {
   readonly canvas: HTMLCanvasElement;
   view(): View;
-  /** Moves the camera there, as somebody's own doing. */
+  /** Moves the camera there, as somebody's own doing: not into the ground, nor out of its sight. */
   move(view: View): void;
   world(): WorldScale;
   size(): Canvas;
   /** The ground under a point of the canvas, in the world. */
   groundUnder(x: number, y: number): Vector | null;
+  /** All of the ground; null before the dataset is open. */
+  groundBox(): Box | null;
   /** Of the eye above the ground under it, metres of the world; at least a little. */
   clearance(): number;
   /** A frame will follow. */

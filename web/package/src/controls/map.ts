@@ -1,6 +1,6 @@
 import type { View } from "../api.js";
 import {
-  type Vector, add, basisOf, clamp, kDegrees, placeFromWorld, rayThrough, scale, subtract, worldFromPlace, wrapHeading,
+  type Vector, add, basisOf, clamp, kDegrees, nearestOf, placeFromWorld, rayThrough, scale, subtract, worldFromPlace, wrapHeading,
 } from "../geometry.js";
 import { type CameraHost, type Controls, Listeners, pointOf } from "./host.js";
 import { HeldKeys } from "./keys.js";
@@ -14,6 +14,8 @@ const kGlideSeconds = 0.25;
 const kNearest = 4;
 const kHighestPitch = 30;
 const kLowestPitch = -89.9;
+/** Where ground is looked for to turn around, as shares of the picture's height. */
+const kPivotShares = [0.5, 0.65, 0.8, 0.95];
 /** A grabbed point further away than this many heights moves the camera as if it were there. */
 const kFurthestGrab = 40;
 
@@ -29,7 +31,8 @@ interface Pointer {
 
 /**
  * Moves the camera like a map: what is grabbed stays under the pointer. Left button or a finger drags; right button, or Ctrl or
- * Shift with the left, turns and tilts around what it grabs; the wheel, two fingers and + and - zoom to what they point at.
+ * Shift with the left, turns and tilts around what it grabs; the wheel, two fingers and + and - zoom to what they point at. Turns and
+ * zooms that begin beside the ground take what is in the middle of the picture.
  */
 export class MapControls implements Controls {
   private host!: CameraHost;
@@ -39,6 +42,8 @@ export class MapControls implements Controls {
   private mode: "none" | "pan" | "turn" | "fingers" = "none";
   /** What is grabbed, in the world; null: sky. */
   private grabbed: Vector | null = null;
+  /** What turns and pinches go around; null: the dataset is not open. */
+  private pivot: Vector | null = null;
   private zoom = { left: 0, target: null as Vector | null };
   /** Metres of the world a second. */
   private glide: Vector = [0, 0, 0];
@@ -92,8 +97,7 @@ export class MapControls implements Controls {
     canvas.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, pointOf(event, canvas));
     this.stop();
-    const at = this.middle();
-    this.grabbed = this.grab(at);
+    this.hold(this.middle());
     const turns = event.button === 2 || event.button === 1 || event.ctrlKey || event.shiftKey;
     this.mode = this.pointers.size > 1 ? "fingers" : turns ? "turn" : "pan";
   }
@@ -117,7 +121,7 @@ export class MapControls implements Controls {
     // A pointer that stood still before it let go throws nothing.
     if (this.mode !== "pan" || event.timeStamp - this.lastMove > 60) this.glide = [0, 0, 0];
     this.mode = this.pointers.size > 0 ? "pan" : "none";
-    if (this.pointers.size > 0) this.grabbed = this.grab(this.middle());
+    if (this.pointers.size > 0) this.hold(this.middle());
     this.host.wake();
   }
 
@@ -138,6 +142,26 @@ export class MapControls implements Controls {
     const most = kFurthestGrab * Math.max(this.host.clearance(), kNearest);
     if (flat <= most) return found;
     return [eye[0] + ((found[0] - eye[0]) * most) / flat, eye[1] + ((found[1] - eye[1]) * most) / flat, eye[2] + ((found[2] - eye[2]) * most) / flat];
+  }
+
+  private hold(at: Pointer): void {
+    this.grabbed = this.grab(at);
+    this.pivot = this.grabbed ?? this.pivotOfPicture();
+  }
+
+  /** The ground in the middle of the picture, or the next below it; where there is none, the nearest of what holds all ground. */
+  private pivotOfPicture(): Vector | null {
+    const { width, height } = this.host.size();
+    for (const share of kPivotShares) {
+      const found = this.grab({ x: width / 2, y: height * share });
+      if (found !== null) return found;
+    }
+    const box = this.host.groundBox();
+    if (box === null) return null;
+    // Whoever is inside the box turns around what is under him.
+    const eye = this.eye();
+    const [x, y, z] = nearestOf(box, eye);
+    return [x, y, Math.min(z, eye[2] - this.host.clearance())];
   }
 
   private eye(): Vector {
@@ -188,22 +212,22 @@ export class MapControls implements Controls {
     this.orbit(dx * kTurnPerPixel, -dy * kTurnPerPixel);
   }
 
-  /** Turns the world around what is grabbed: degrees of heading, and of pitch. */
+  /** Turns the world around the pivot: degrees of heading, and of pitch. */
   private orbit(turn: number, tilt: number): void {
     const view = this.host.view();
     const pitch = clamp(view.pitch + tilt, kLowestPitch, kHighestPitch);
     const heading = wrapHeading(view.heading + turn);
-    if (this.grabbed === null) {
+    if (this.pivot === null) {
       this.host.move({ ...view, heading, pitch });
       return;
     }
-    // The eye keeps its place as seen from the grabbed point, in the camera's own directions.
+    // The eye keeps its place as seen from the pivot, in the camera's own directions.
     const from = basisOf(view);
     const to = basisOf({ ...view, heading, pitch });
-    const offset = subtract(this.eye(), this.grabbed);
+    const offset = subtract(this.eye(), this.pivot);
     const parts = [from.right, from.up, from.forward].map((axis) => offset[0] * axis[0] + offset[1] * axis[1] + offset[2] * axis[2]);
     const turned = add(add(scale(to.right, parts[0] ?? 0), scale(to.up, parts[1] ?? 0)), scale(to.forward, parts[2] ?? 0));
-    this.moveEye(add(this.grabbed, turned), { heading, pitch });
+    this.moveEye(add(this.pivot, turned), { heading, pitch });
   }
 
   /** Two fingers: apart zooms, around each other turns, up and down together tilts. */
@@ -223,8 +247,8 @@ export class MapControls implements Controls {
     const stretch = Math.hypot(after.x, after.y) / Math.max(Math.hypot(before.x, before.y), 1);
     const isTilt = Math.abs(stretch - 1) < 0.006 && Math.abs(turn) < 0.5;
     this.orbit(-turn, isTilt ? (middle.y - middleBefore.y) * -kTurnPerPixel : 0);
-    if (this.grabbed !== null) this.approach(this.grabbed, Math.log(stretch));
-    if (!isTilt) this.pan(middleBefore, middle);
+    if (this.pivot !== null) this.approach(this.pivot, Math.log(stretch));
+    if (!isTilt && this.grabbed !== null) this.pan(middleBefore, middle);
   }
 
   // ------------------------------------------------------------------------------------------ zoom and keys
@@ -240,16 +264,9 @@ export class MapControls implements Controls {
   /** Comes nearer to what is at a point of the canvas: by the factor exp(-amount), in a moment. */
   private zoomTo(at: Pointer, amount: number): void {
     this.glide = [0, 0, 0];
-    const { width, height } = this.host.size();
-    this.zoom.target = this.host.groundUnder(at.x, at.y) ?? this.ahead(at.x, Math.max(at.y, height / 2)) ?? this.ahead(width / 2, height / 2);
-    this.zoom.left = clamp(this.zoom.left + amount, -3, 3);
+    this.zoom.target = this.host.groundUnder(at.x, at.y) ?? this.pivotOfPicture();
+    this.zoom.left = this.zoom.target === null ? 0 : clamp(this.zoom.left + amount, -3, 3);
     this.host.wake();
-  }
-
-  /** Where there is no ground: a point as far ahead as the camera is high. */
-  private ahead(x: number, y: number): Vector {
-    const ray = rayThrough(this.host.view(), this.host.size(), x, y);
-    return add(this.eye(), scale(ray, 2 * this.host.clearance()));
   }
 
   private approach(target: Vector, amount: number): void {
@@ -288,9 +305,8 @@ export class MapControls implements Controls {
     const turn = keys.axis(["KeyE"], ["KeyQ"]) + (isTurning ? sideways : 0);
     const tilt = keys.axis(["KeyR", "PageUp"], ["KeyF", "PageDown"]) + (isTurning ? forwards : 0);
     const zoom = keys.axis(["Equal", "NumpadAdd"], ["Minus", "NumpadSubtract"]);
-    const { width, height } = host.size();
+    if (turn !== 0 || tilt !== 0 || zoom !== 0) this.pivot = this.pivotOfPicture();
     if (turn !== 0 || tilt !== 0) {
-      this.grabbed = this.grab({ x: width / 2, y: height / 2 });
       this.orbit(turn * 60 * seconds, tilt * 40 * seconds);
     }
     if (!isTurning && (sideways !== 0 || forwards !== 0)) {
@@ -303,7 +319,7 @@ export class MapControls implements Controls {
       ];
       this.moveEye(add(this.eye(), way));
     }
-    if (zoom !== 0) this.approach(host.groundUnder(width / 2, height / 2) ?? this.ahead(width / 2, height / 2), zoom * 1.2 * seconds);
+    if (zoom !== 0 && this.pivot !== null) this.approach(this.pivot, zoom * 1.2 * seconds);
     return turn !== 0 || tilt !== 0 || sideways !== 0 || forwards !== 0 || zoom !== 0;
   }
 }

@@ -1,4 +1,5 @@
 import type { Surface } from "terrane";
+import { kRanges } from "../address.js";
 import type { Panel } from "../app.js";
 import { choiceControl, sliderControl, switchControl } from "../parts/controls.js";
 import { el } from "../parts/dom.js";
@@ -14,8 +15,8 @@ export const detailPanel: Panel = {
     const { settings } = viewer;
     const tau = sliderControl({
       label: "Error allowed on screen, τ",
-      min: 0.25,
-      max: 16,
+      min: kRanges.tau[0],
+      max: kRanges.tau[1],
       isLogarithmic: true,
       value: settings.tau,
       format: (value) => `${formatNumber(value, 2)} px`,

@@ -34,7 +34,7 @@ export const flightsPanel: Panel = {
       icon("download"),
       "Save",
     );
-    const about = el("p", { class: "faint" });
+    const about = el("p", { class: "faint flight-about" });
     const show = (): void => {
       const { state, flight } = flights;
       fill(

@@ -1,3 +1,4 @@
+import { kRanges } from "../address.js";
 import type { Panel } from "../app.js";
 import { sliderControl } from "../parts/controls.js";
 import { el, svg } from "../parts/dom.js";
@@ -44,8 +45,8 @@ export const lightPanel: Panel = {
     });
     const exaggeration = sliderControl({
       label: "Exaggeration of heights",
-      min: 0.5,
-      max: 8,
+      min: kRanges.exaggeration[0],
+      max: kRanges.exaggeration[1],
       isLogarithmic: true,
       value: viewer.settings.exaggeration,
       format: (value) => `× ${formatNumber(value, 2)}`,

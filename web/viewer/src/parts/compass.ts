@@ -1,5 +1,5 @@
 import type { Viewer } from "terrane";
-import { faceNorth, pivotOf, turnedAround, worldOf, wrapHeading } from "../camera.js";
+import { faceNorth, turnedAround, turningPointOf, worldOf, wrapHeading } from "../camera.js";
 import { el, svg } from "./dom.js";
 import { windOf } from "./format.js";
 
@@ -44,11 +44,11 @@ export function makeCompass(viewer: Viewer): HTMLElement {
   viewer.on("view", show);
   show();
 
-  let drag: { x: number; y: number; view: typeof viewer.view; pivot: ReturnType<typeof pivotOf>; isFar: boolean } | null = null;
+  let drag: { x: number; y: number; view: typeof viewer.view; pivot: ReturnType<typeof turningPointOf>; isFar: boolean } | null = null;
   let wasDragged = false;
   button.addEventListener("pointerdown", (event) => {
     button.setPointerCapture(event.pointerId);
-    drag = { x: event.clientX, y: event.clientY, view: viewer.view, pivot: pivotOf(viewer), isFar: false };
+    drag = { x: event.clientX, y: event.clientY, view: viewer.view, pivot: turningPointOf(viewer), isFar: false };
     wasDragged = false;
   });
   button.addEventListener("pointermove", (event) => {

@@ -65,8 +65,20 @@ export function oncePerFrame(work: () => void): () => void {
 /** Is somebody typing there? Then keys are theirs. */
 export function isTyping(target: EventTarget | null): boolean {
   if (!(target instanceof HTMLElement)) return false;
-  if (target instanceof HTMLInputElement) return !["checkbox", "radio", "button", "color"].includes(target.type);
+  if (target instanceof HTMLInputElement) return !["checkbox", "radio", "button", "color", "range"].includes(target.type);
   return target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement || target.isContentEditable;
+}
+
+const kSliderKeys = new Set(["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight", "Home", "End", "PageUp", "PageDown"]);
+
+/** Does what has the focus do something with this key itself? */
+export function usesKey(target: EventTarget | null, key: string): boolean {
+  if (isTyping(target)) return true;
+  if (!(target instanceof HTMLElement)) return false;
+  if (target instanceof HTMLInputElement && target.type === "range") return kSliderKeys.has(key);
+  if (target instanceof HTMLInputElement && target.type === "radio") return key === " " || key.startsWith("Arrow");
+  if (target instanceof HTMLInputElement || target instanceof HTMLButtonElement) return key === " " || key === "Enter";
+  return target instanceof HTMLAnchorElement && key === "Enter";
 }
 
 /** Offers a file to the browser's downloads. */

@@ -1,7 +1,8 @@
 import type { Problem } from "terrane";
 import type { DatasetChoice } from "../datasets.js";
+import { makeAddressForm } from "./address_form.js";
+import { makeChooser } from "./chooser.js";
 import { type Child, el } from "./dom.js";
-import { formatBytes, formatNumber } from "./format.js";
 import { icon } from "./icons.js";
 
 /** What stands in place of the ground: nothing to show, or something to choose. */
@@ -26,25 +27,9 @@ export function showNoDataset(reason: string): void {
       el("code", {}, "terrane serve"),
       " or any web server delivers it.",
     ),
-    el(
-      "form",
-      { class: "open-address", on: { submit: openAddress } },
-      el(
-        "label",
-        {},
-        "Address of a dataset",
-        el("input", { name: "dataset", type: "text", inputmode: "url", placeholder: "https://example.org/alps.terrane/", required: true }),
-      ),
-      el("button", { class: "primary", type: "submit" }, "Open"),
-    ),
+    makeAddressForm(),
     again(),
   );
-}
-
-function openAddress(event: SubmitEvent): void {
-  event.preventDefault();
-  const address = String(new FormData(event.target as HTMLFormElement).get("dataset") ?? "").trim();
-  if (address !== "") location.href = `?dataset=${encodeURIComponent(address)}`;
 }
 
 /** Nothing more will be drawn. */
@@ -71,33 +56,5 @@ export function showFatal(problem: Problem): void {
 
 export function showChooser(datasets: DatasetChoice[]): void {
   document.title = "Terrane";
-  fullPage(
-    "chooser",
-    "Which terrain?",
-    el(
-      "ul",
-      { class: "chooser" },
-      ...datasets.map((each) =>
-        el(
-          "li",
-          {},
-          el(
-            "a",
-            { href: `?dataset=${encodeURIComponent(each.name)}` },
-            el("strong", {}, each.name),
-            el("span", {}, each.crs ?? ""),
-            el(
-              "span",
-              { class: "faint" },
-              each.minHeight !== undefined && each.maxHeight !== undefined
-                ? `${formatNumber(each.minHeight)} to ${formatNumber(each.maxHeight)} m`
-                : "",
-              each.bytes ? ` · ${formatBytes(each.bytes)}` : "",
-              each.attribution ? ` · ${each.attribution}` : "",
-            ),
-          ),
-        ),
-      ),
-    ),
-  );
+  fullPage("chooser", "Which terrain?", makeChooser(datasets));
 }

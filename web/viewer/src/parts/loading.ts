@@ -1,4 +1,5 @@
 import type { Loading, Viewer } from "terrane";
+import { makeAddressForm } from "./address_form.js";
 import { el } from "./dom.js";
 import { formatBytes } from "./format.js";
 
@@ -9,6 +10,9 @@ const kPatienceMilliseconds = 500;
 export function makeLoading(viewer: Viewer, datasetName: string): HTMLElement {
   const phase = el("p", { class: "loading-phase" });
   const amount = el("p", { class: "loading-amount number faint" });
+  // Nothing to see, and nobody who answers: why, and a way to somewhere else.
+  const why = el("p", { class: "faint" });
+  const elsewhere = el("div", { class: "splash-elsewhere", hidden: true }, why, makeAddressForm());
   const splash = el(
     "div",
     { class: "splash" },
@@ -16,6 +20,7 @@ export function makeLoading(viewer: Viewer, datasetName: string): HTMLElement {
     el("h1", {}, datasetName),
     phase,
     amount,
+    elsewhere,
   );
   const pill = el("div", { class: "loading-pill number", hidden: true });
   const element = el("div", { class: "loading", role: "status", "aria-live": "off" }, splash, pill);
@@ -40,6 +45,8 @@ export function makeLoading(viewer: Viewer, datasetName: string): HTMLElement {
   });
   viewer.on("problem", (problem) => {
     if (problem?.isFatal) element.remove();
+    elsewhere.hidden = problem?.code !== "offline";
+    why.textContent = problem?.message ?? "";
   });
   phase.textContent = "Loading the engine";
   amount.textContent = "\u00a0";

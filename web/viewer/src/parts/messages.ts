@@ -24,19 +24,19 @@ export class Messages {
     setTimeout(() => toast.remove(), 4000 + 60 * message.length);
   }
 
-  /** What is wrong now; null: nothing. */
-  showProblem(problem: Problem | null): void {
+  /** What is wrong now; null: nothing. `hasGround`: there is something to see meanwhile. */
+  showProblem(problem: Problem | null, hasGround: boolean): void {
     this.banner.hidden = problem === null;
     if (problem === null) return;
     this.banner.dataset["code"] = problem.code;
-    fill(this.banner, icon("warning"), el("span", {}, wordsFor(problem)));
+    fill(this.banner, icon("warning"), el("span", {}, wordsFor(problem, hasGround)));
   }
 }
 
-function wordsFor(problem: Problem): string {
+function wordsFor(problem: Problem, hasGround: boolean): string {
   switch (problem.code) {
     case "offline":
-      return "The server does not answer; what is here stays; trying again.";
+      return hasGround ? "The server does not answer; what is here stays; trying again." : "The server does not answer; trying again.";
     case "context-lost":
       return "The graphics were taken away; coming back.";
     default:

@@ -1,6 +1,7 @@
 import type { App, OpenPanel, Panel } from "../app.js";
 import { el } from "./dom.js";
 import { icon } from "./icons.js";
+import { closeBySwipe } from "./swipe.js";
 
 /** Shows one panel at a time: a card at the side, or a sheet at the bottom of a small screen. */
 export class Panels {
@@ -35,21 +36,23 @@ export class Panels {
     const before = this.current?.before ?? document.activeElement;
     this.close();
     const open = panel.open(app);
+    const head = el(
+      "header",
+      { class: "panel-head" },
+      el("h2", { id: `title-${panel.id}` }, panel.title),
+      el(
+        "button",
+        { class: "plain", type: "button", "aria-label": `Close ${panel.title}`, title: "Close (Esc)", on: { click: () => this.close() } },
+        icon("close"),
+      ),
+    );
     const element = el(
       "section",
       { class: `panel${panel.isWide ? " is-wide" : ""}`, id: `panel-${panel.id}`, "aria-labelledby": `title-${panel.id}`, tabindex: -1 },
-      el(
-        "header",
-        { class: "panel-head" },
-        el("h2", { id: `title-${panel.id}` }, panel.title),
-        el(
-          "button",
-          { class: "plain", type: "button", "aria-label": `Close ${panel.title}`, title: "Close (Esc)", on: { click: () => this.close() } },
-          icon("close"),
-        ),
-      ),
+      head,
       el("div", { class: "panel-body" }, open.body),
     );
+    closeBySwipe(head, element, () => this.close());
     this.element.append(element);
     this.current = { panel, open, element, before };
     this.sizes.observe(element);

@@ -83,7 +83,22 @@ export function makeToolbar(app: App, toggleHelp: () => void): HTMLElement {
     closeMore();
     for (const [id, all] of buttons) for (const button of all) button.setAttribute("aria-expanded", String(id === open));
   });
+  // A recording goes on without its panel: its button says so, and the one that hides it on small screens.
+  app.flights.onChange(() => {
+    const isRecording = app.flights.state === "recording";
+    for (const button of buttons.get("flights") ?? []) markRecording(button, isRecording, "Flights", "Recording");
+    markRecording(moreButton, isRecording, "More", "More, recording");
+  });
   return el("div", { class: "tools" }, bar, more);
+}
+
+function markRecording(button: HTMLButtonElement, isRecording: boolean, title: string, titleRecording: string): void {
+  const key = button.getAttribute("aria-keyshortcuts");
+  const now = isRecording ? titleRecording : title;
+  button.classList.toggle("is-recording", isRecording);
+  button.title = key ? `${now} (${key.toUpperCase()})` : now;
+  if (isRecording) button.setAttribute("aria-label", now);
+  else button.removeAttribute("aria-label");
 }
 
 function toolButton(id: string, title: string, key: string, name: IconName, click: (event: MouseEvent) => void): HTMLButtonElement {
