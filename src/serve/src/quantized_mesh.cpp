@@ -257,6 +257,7 @@ Result<std::string> terrainTile(const XyzAddress& address, const XyzExtent& exte
 std::string terrainLayerJson(const Manifest& manifest, const XyzExtent& extent, std::string_view url) {
   const int deepest = deepestTerrainLevel(extent);
   const bool isCrossing = extent.west > extent.east;
+  // note: compilers differ on what one value in braces is; array() says it.
   nlohmann::ordered_json available = nlohmann::ordered_json::array();
   for (int z = 0; z <= deepest; ++z) {
     const double side = std::ldexp(180.0, -z);
@@ -272,11 +273,11 @@ std::string terrainLayerJson(const Manifest& manifest, const XyzExtent& extent, 
       return nlohmann::ordered_json{{"startX", first}, {"startY", south}, {"endX", last}, {"endY", north}};
     };
     if (z == 0)
-      available.push_back({range(0, 1)});  // CesiumJS wants both
+      available.push_back(nlohmann::ordered_json::array({range(0, 1)}));  // CesiumJS wants both
     else if (isCrossing)
-      available.push_back({range(west, columns - 1), range(0, east)});
+      available.push_back(nlohmann::ordered_json::array({range(west, columns - 1), range(0, east)}));
     else
-      available.push_back({range(west, east)});
+      available.push_back(nlohmann::ordered_json::array({range(west, east)}));
   }
   nlohmann::ordered_json out = {
       {"tilejson", "2.1.0"},
@@ -285,8 +286,8 @@ std::string terrainLayerJson(const Manifest& manifest, const XyzExtent& extent, 
       {"format", "quantized-mesh-1.0"},
       {"scheme", "tms"},
       {"projection", "EPSG:4326"},
-      {"tiles", {url}},
-      {"extensions", {"octvertexnormals"}},
+      {"tiles", nlohmann::ordered_json::array({url})},
+      {"extensions", nlohmann::ordered_json::array({"octvertexnormals"})},
       {"minzoom", 0},
       {"maxzoom", deepest},
       {"bounds",

@@ -156,7 +156,7 @@ std::string tileJson(const Manifest& manifest, const XyzExtent& extent, int deep
   nlohmann::ordered_json out = {
       {"tilejson", "3.0.0"},
       {"name", name},
-      {"tiles", {url}},
+      {"tiles", nlohmann::ordered_json::array({url})},
       {"tileSize", kXyzSide},
       {"minzoom", 0},
       {"maxzoom", deepestZoom},
