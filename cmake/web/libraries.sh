@@ -45,9 +45,21 @@ fetch_sources() {
   cd "$work"
   local name
   for name in "${sources[@]}"; do
-    apt_own apt-get source "$name"
-    mv "$name"-[0-9]* "$name"
+    fetch_source "$name"
+    mv "$name"-[0-9]*/ "$name"
   done
+}
+
+# The newest version, or the next where a mirror lists one that it does not hold (yet).
+fetch_source() {
+  local name=$1 version
+  while IFS= read -r version; do
+    ! apt_own apt-get source "$name=$version" || return 0
+    echo "$name $version cannot be fetched; trying an older version" >&2
+    rm -rf "$name"-[0-9]*/
+  done < <(apt_own apt-cache showsrc --only-source "$name" | sed -n 's/^Version: //p' | sort -uVr)
+  echo "no version of the source package $name can be fetched" >&2
+  return 1
 }
 
 # One CMake project: NAME, its folder, and its options.
