@@ -224,6 +224,13 @@ fails 1 'water nan' "${draw[@]}" -o a.png --water nan
 fails 2 'look-from|eye' "${draw[@]}" -o a.png --look-from N --eye 1,2,3 --look-at 4,5,6
 echo '{"type": "LineString", "coordinates": [[7.1, 46.2], [7.2, 46.2]]}' >degrees.geojson
 fails 1 'degrees.geojson.*none of its 1 lines.*CRS' "${draw[@]}" -o a.png --lines degrees.geojson
+# A reader that has seen enough is no fault.
+"$terrane" info good.terrane 2>stderr.txt | true
+code=${PIPESTATUS[0]}
+if [ "$code" -ne 0 ] || [ -s stderr.txt ]; then
+  echo "FAILED: info to a reader that left ends with $code: $(cat stderr.txt)"; failures=$((failures + 1))
+fi
+rm -f stderr.txt
 if [ -e /dev/full ]; then
   "$terrane" info good.terrane >/dev/full 2>/dev/null && { echo "FAILED: info to a full disk ends with 0"; failures=$((failures + 1)); }
 fi

@@ -1,3 +1,6 @@
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cmath>
 #include <csignal>
@@ -42,10 +45,13 @@ std::string explained(const CLI::ParseError& error, int argc, char** argv) {
   return isUnknown ? std::string("there is no command '") + argv[1] + "'" : error.what();
 }
 
-/// The exit status, or a failure where what was printed could not be written.
+/// The exit status, or a failure where what was printed could not be written. A reader that has seen enough
+/// (`| head`) is none.
 int afterFlush(int status) {
   errno = 0;
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  struct stat output {};
+  if (::fstat(STDOUT_FILENO, &output) == 0 && S_ISFIFO(output.st_mode)) return status;
   std::fprintf(stderr, "terrane: standard output cannot be written: %s; give it room, or another place\n",
                errno == 0 ? "it was refused" : std::strerror(errno));
   return status == terrane::cli::kExitOk ? terrane::cli::kExitFailed : status;
