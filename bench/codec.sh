@@ -21,7 +21,8 @@ for entry in "${inputs[@]}"; do
   build_one "$input" "$lossless"
   arguments+=("$input" "$lossless")
   for share in 0.5 0.25; do
-    build_one "$input" "$bench_data/codec/${name}_$share.terrane" --max-error "$(share_of_spacing "$lossless" $share)"
+    build_one "$input" "$bench_data/codec/${name}_$share.terrane" \
+      --max-error "$(share_of_spacing "$lossless" $share)"
     arguments+=("$bench_data/codec/${name}_$share.terrane")
   done
 done

@@ -13,4 +13,7 @@ else
 fi
 demo=$(demo_4097)
 bench_dataset demo_pictured "$demo.tif" --imagery "${demo}_color.tif"
+# The same heights in layers of significance and not, for lines that cannot keep up.
+bench_dataset demo_web "$demo.tif" --max-error 1 --imagery "${demo}_color.tif"
+bench_dataset demo_layers "$demo.tif" --max-error 1 --layers auto --imagery "${demo}_color.tif"
 exec build/release/bin/measure_stream "$@" bench/measure_stream/flight.json build/bench/stream.json "${datasets[@]}"

@@ -4,9 +4,19 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "terrane/codec/all_layers.h"
 #include "terrane/codec/elevation_codec.h"
 
 namespace terrane {
+namespace {
+
+uint64_t bytesOf(const TilePayloads& payloads) {
+  uint64_t sum = 0;
+  for (const auto& payload : payloads) sum += payload.size();
+  return sum;
+}
+
+}  // namespace
 
 Result<StoredPyramid> StoredPyramid::open(const std::string& directory) {
   TERRANE_ASSIGN(const Dataset dataset, Dataset::open(directory));
@@ -15,11 +25,11 @@ Result<StoredPyramid> StoredPyramid::open(const std::string& directory) {
   std::sort(ids.begin(), ids.end());
   std::unordered_map<TileId, size_t, TileIdHash> places;
   for (const TileId id : ids) {
-    TERRANE_ASSIGN(auto payload, dataset.readElevation(id));
-    if (!payload) return makeError("{}: tile {} is listed and not there", directory, toString(id));
+    TERRANE_ASSIGN(auto payloads, dataset.readAllLayers(id));
+    if (!payloads) return makeError("{}: tile {} is listed and not there", directory, toString(id));
     const size_t place = pyramid.tiles_.size();
     places[id] = place;
-    pyramid.tiles_.push_back({id, std::move(*payload)});
+    pyramid.tiles_.push_back({id, std::move(*payloads)});
     if (id.isRoot()) continue;
     const auto parent = places.find(id.parent());
     if (parent == places.end()) return makeError("{}: tile {} has no parent", directory, toString(id));
@@ -31,14 +41,14 @@ Result<StoredPyramid> StoredPyramid::open(const std::string& directory) {
 
 uint64_t StoredPyramid::bytes() const {
   uint64_t sum = 0;
-  for (const StoredTile& tile : tiles_) sum += tile.payload.size();
+  for (const StoredTile& tile : tiles_) sum += bytesOf(tile.payloads);
   return sum;
 }
 
 uint64_t StoredPyramid::finestBytes() const {
   uint64_t sum = 0;
   for (const StoredTile& tile : tiles_) {
-    if (tile.id.level == manifest_.frame.finestLevel) sum += tile.payload.size();
+    if (tile.id.level == manifest_.frame.finestLevel) sum += bytesOf(tile.payloads);
   }
   return sum;
 }
@@ -66,7 +76,7 @@ Status StoredPyramid::decodeBelow(const StoredTile& stored, const TileSamples* p
     unused.pop_back();
   }
   TERRANE_ASSIGN(Tile tile,
-                 decodeTile(stored.payload, parent, quadrant, manifest_.scale, std::move(recycled)));
+                 decodeAllLayers(stored.payloads, parent, quadrant, manifest_.scale, std::move(recycled)));
   TERRANE_TRY(use(stored.id, tile));
   for (const int child : stored.children) {
     if (child >= 0) TERRANE_TRY(decodeBelow(tiles_[static_cast<size_t>(child)], &tile.samples, use, unused));
@@ -87,7 +97,7 @@ class StoredPyramid::FinestVisit {
 
   Status run() {
     const StoredTile& root = pyramid_.tiles_.front();
-    TERRANE_ASSIGN(const Tile tile, decodeTile(root.payload, nullptr, 0, pyramid_.manifest_.scale));
+    TERRANE_ASSIGN(const Tile tile, decodeAllLayers(root.payloads, nullptr, 0, pyramid_.manifest_.scale));
     return visit(root.id, &root, tile);
   }
 
@@ -104,7 +114,7 @@ class StoredPyramid::FinestVisit {
       }
       const StoredTile& next = pyramid_.tiles_[static_cast<size_t>(place)];
       TERRANE_ASSIGN(const Tile decoded,
-                     decodeTile(next.payload, &tile.samples, quadrant, pyramid_.manifest_.scale));
+                     decodeAllLayers(next.payloads, &tile.samples, quadrant, pyramid_.manifest_.scale));
       TERRANE_TRY(visit(child, &next, decoded));
     }
     return {};

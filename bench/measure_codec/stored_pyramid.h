@@ -33,7 +33,7 @@ class StoredPyramid {
  private:
   struct StoredTile {
     TileId id;
-    std::vector<uint8_t> payload;
+    TilePayloads payloads;
     std::array<int, 4> children = {-1, -1, -1, -1};  ///< indices, -1: not stored
   };
   explicit StoredPyramid(Manifest manifest) : manifest_(std::move(manifest)) {}

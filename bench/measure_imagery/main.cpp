@@ -116,10 +116,14 @@ Status run(const std::vector<std::string>& arguments) {
       std::error_code ignored;
       return static_cast<double>(std::filesystem::file_size(path, ignored));
     };
-    add("terrane", static_cast<double>(dataset.manifest().archives.at(1).bytes),
-        psnr(source.rgba, layer.rgba), cpu);
-    add("terrane, JPEG", static_cast<double>(asJpeg.manifest().archives.at(1).bytes),
-        psnr(source.rgba, jpegLayer.rgba), jpegCpu);
+    const auto layerBytes = [](const Manifest& manifest) {
+      double bytes = 0.0;
+      for (const ArchiveRecord& archive : manifest.archives)
+        if (archive.name == manifest.imagery.at(0).archive) bytes = static_cast<double>(archive.bytes);
+      return bytes;
+    };
+    add("terrane", layerBytes(dataset.manifest()), psnr(source.rgba, layer.rgba), cpu);
+    add("terrane, JPEG", layerBytes(asJpeg.manifest()), psnr(source.rgba, jpegLayer.rgba), jpegCpu);
     add("terrane, half a pixel off", 0.0, 0.0, resampled);
     add("GDAL COG, JPEG", sizeOf(arguments[i + 4]), psnr(source.rgba, cog.rgba), cogCpu);
     add("raw", 3.0 * kPyramid * texels, 99.0, 0.0);

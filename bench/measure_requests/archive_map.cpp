@@ -21,7 +21,9 @@ std::vector<uint8_t> bytesOfFile(std::ifstream& file, uint64_t offset, uint64_t 
 Result<ArchiveMap> ArchiveMap::of(const Dataset& dataset) {
   ArchiveMap out;
   out.manifestBytes_ = std::filesystem::file_size(dataset.directory() + "/manifest.json");
-  TERRANE_TRY(out.add(dataset, "elevation.pmtiles", TileKey::kElevation, dataset.elevationTiles()));
+  for (int i = 0; i < dataset.manifest().scale.layerCount; ++i)
+    TERRANE_TRY(
+        out.add(dataset, elevationArchiveName(i), TileKey::elevation({}, i).layer, dataset.elevationTiles()));
   const auto& layers = dataset.manifest().imagery;
   for (size_t i = 0; i < layers.size(); ++i)
     TERRANE_TRY(out.add(dataset, layers[i].archive, static_cast<int32_t>(i), dataset.imageryTiles(i)));

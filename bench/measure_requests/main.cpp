@@ -37,8 +37,21 @@ constexpr NamedSurface kSurfaces[] = {{"patches", SurfaceKind::Patches}, {"meshe
 /// A tile counts for `need` from here on.
 using Tiles = std::set<TileKey>;
 
-void addWithAncestors(TileId id, Tiles& out) {
-  while (out.insert({TileKey::kElevation, id}).second && !id.isRoot()) id = id.parent();
+/// An elevation tile with its layers of significance up to one.
+void addWithAncestors(TileId id, int layer, Tiles& out) {
+  for (; layer >= 0; --layer)
+    for (TileId at = id; out.insert(TileKey::elevation(at, layer)).second && !at.isRoot();) at = at.parent();
+}
+
+/// What a cut is drawn from. note: lighting takes what is here, so its tiles count with their first layer.
+void addDrawn(const Cut& cut, const Manifest& manifest, Tiles& out) {
+  const MeshScale meshScale = MeshScale::of(manifest.frame, manifest.scale);
+  for (const Patch& patch : cut.patches) {
+    const int layer = cut.surface == SurfaceKind::Meshes ? meshScale.layerOf(patch.triangle.diamond.level)
+                                                         : manifest.scale.layerCount - 1;
+    addWithAncestors(patch.tile, layer, out);
+    addWithAncestors(patch.shadingTile, 0, out);
+  }
 }
 
 /// What all cameras of the flight need with everything known.
@@ -58,10 +71,7 @@ Result<Tiles> neededTiles(Terrain& terrain, const FittedFlight& flight, const Pa
   for (int i = 0; i <= frames; ++i) {
     const Camera camera = cameraAt(flight, i / kFramesPerSecond, fly);
     TERRANE_ASSIGN(const Cut cut, terrain.selectAndLoad(camera, selection));
-    for (const Patch& patch : cut.patches) {
-      addWithAncestors(patch.tile, out);
-      addWithAncestors(patch.shadingTile, out);
-    }
+    addDrawn(cut, manifest, out);
     const auto hasDeeper = [&](TileId id) {
       for (size_t layer = 0; layer < pictures.size(); ++layer)
         for (int quadrant = 0; quadrant < 4; ++quadrant)
@@ -132,10 +142,7 @@ Status measure(const std::string& directory, const FittedFlight& flight, Terrain
   size_t atStart = 0;
   options.afterFrame = [&](const TerrainView& view) {
     if (atStart == 0) atStart = requests.size();
-    for (const Patch& patch : view.cut().patches) {
-      addWithAncestors(patch.tile, used);
-      addWithAncestors(patch.shadingTile, used);
-    }
+    addDrawn(view.cut(), terrain.dataset().manifest(), used);
   };
   FlyOptions fly;
   fly.width = kWidth;
@@ -194,6 +201,9 @@ Status measure(const std::string& directory, const FittedFlight& flight, Terrain
     row[std::string(name) + "_mb"] = megabytes(sums[name].bytes);
   }
   row["again_mb"] = megabytes(sums["elevation_again"].bytes + sums["imagery_again"].bytes);
+  double triangles = 0.0;
+  for (const StreamFlightFrame& frame : report.frames) triangles += static_cast<double>(frame.view.triangles);
+  row["triangles"] = triangles / static_cast<double>(report.frames.size());
   row["debt_px_s"] = report.debtPixelSeconds;
   if (row["dataset"] == kPageDataset) {
     const std::string prefix = row["surface"].get<std::string>() + "_";

@@ -21,6 +21,7 @@ namespace {
 
 constexpr double kMegabit = 1e6 / 8.0;
 constexpr LineModel kLine{40.0 * kMegabit, 0.05};
+constexpr LineModel kSlowLine{1.0 * kMegabit, 0.1};
 constexpr LineModel kThinLine{3000.0, 0.05};
 constexpr double kFlightSeconds = 10.0;
 /// After a teleport a coarse picture must be complete within these.
@@ -69,6 +70,9 @@ std::vector<Setting> settings(Terrain& terrain) {
     out.back().options.view.policy = policy;
   }
   out.push_back({"drawn", base});
+  out.push_back({"slow_line", base});
+  out.back().options.line = kSlowLine;
+  out.back().options.view.selection.surface = SurfaceKind::Meshes;
   out.push_back({"small_caches", base});
   ViewOptions& small = out.back().options.view;
   small.gpuGeometryBytes = small.stream.decodedBytes = 2U << 20;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "cpu_time.h"
+#include "terrane/codec/all_layers.h"
 #include "terrane/codec/elevation_codec.h"
 
 namespace terrane {
@@ -47,12 +48,12 @@ Result<TileWork> doTileWork(const Dataset& dataset, const UsedTiles& used) {
   std::map<TileId, MadeTile> made;
   TileWork out;
   for (const auto& [id, deepest] : used.deepestMeshLevels()) {
-    TERRANE_ASSIGN(const auto payload, dataset.readElevation(id));
-    if (!payload) continue;  // interpolated from its parent, and drawn from there
+    TERRANE_ASSIGN(const auto payloads, dataset.readAllLayers(id));
+    if (!payloads) continue;  // interpolated from its parent, and drawn from there
     const MadeTile* parent = id.isRoot() ? nullptr : &made.at(id.parent());
     double begin = threadSeconds();
-    TERRANE_ASSIGN(Tile tile, decodeTile(*payload, parent != nullptr ? &parent->tile.samples : nullptr,
-                                         id.isRoot() ? 0 : id.quadrant(), manifest.scale));
+    TERRANE_ASSIGN(Tile tile, decodeAllLayers(*payloads, parent != nullptr ? &parent->tile.samples : nullptr,
+                                              id.isRoot() ? 0 : id.quadrant(), manifest.scale));
     out.decodeSeconds += threadSeconds() - begin;
     ++out.tiles;
     MadeTile& here = made[id];

@@ -89,6 +89,14 @@ fails 2 'required|-o' "$terrane" build good.tif
 fails 2 'max-error|lossless' "$terrane" build good.tif -o a.terrane --lossless --max-error 1
 fails 1 'max-error 1e\+06.*100000 at most|max-error 1000000.*100000 at most' "$terrane" build good.tif -o a.terrane --max-error 1e6
 fails 2 'max-error nan.*finite' "$terrane" build good.tif -o a.terrane --max-error nan
+for layers in 12,x '12,' ',3' metres; do
+  fails 2 'layers.*12,3, or auto' "$terrane" build good.tif -o a.terrane --max-error 1 --layers "$layers"
+done
+for layers in 3,12 12,12 12,1 40,30,20,10; do
+  fails 1 'layers.*falling' "$terrane" build good.tif -o a.terrane --max-error 1 --layers "$layers"
+done
+fails 1 'layers.*one layer' "$terrane" build good.tif -o a.terrane --layers 12
+fails 2 'append|layers' "$terrane" build good.tif -o good.terrane --append --layers 12
 fails 2 "no command 'buidl'" "$terrane" buidl good.tif
 
 # Imagery: files, places, bands, values.

@@ -54,6 +54,30 @@ void makePayloads() {
   }
 }
 
+void makeRefinements() {
+  const ElevationScale scale = fuzzScaleOfLayers();
+  const TileSamples root = fuzzLayeredParent();
+  for (const uint8_t head : std::vector<uint8_t>{0, 8, 1, 3, 13, 15}) {
+    const FuzzPlace place(head);
+    const TileSamples* parent = place.isChild ? &root : nullptr;
+    const TileSamples tile = place.isChild ? fuzzLayeredChild(root, place.quadrant) : root;
+    std::vector<uint8_t> bytes{head};
+    const auto payload = encodeRefinement(tile, parent, place.quadrant, place.layer, scale);
+    bytes.insert(bytes.end(), payload.begin(), payload.end());
+    store("refinement",
+          (place.isChild ? "child_" + std::to_string(place.quadrant) : "root") + "_" +
+              std::to_string(place.layer),
+          bytes);
+  }
+  // Nothing more than was there before.
+  TileSamples same = samplesOfLayer(root, 1);
+  same.layerCount = kFuzzLayers;
+  std::vector<uint8_t> bytes{8};
+  const auto payload = encodeRefinement(same, nullptr, 0, 2, scale);
+  bytes.insert(bytes.end(), payload.begin(), payload.end());
+  store("refinement", "root_empty", bytes);
+}
+
 void makeImagery() {
   for (const bool holes : {false, true}) {
     const ImageryTile tile = randomImage(1, holes);
@@ -121,8 +145,13 @@ void makeArchives() {
 }
 
 void makeManifest() {
-  const std::string text = manifestToJson(exampleManifest());
-  store("manifest_json", "example", {text.begin(), text.end()});
+  Manifest manifest = exampleManifest();
+  for (const char* name : {"example", "layered"}) {
+    const std::string text = manifestToJson(manifest);
+    store("manifest_json", name, {text.begin(), text.end()});
+    manifest.scale.layerCount = 3;
+    manifest.scale.layerErrors = {12.5, 3.25, manifest.maxErrorMeters};
+  }
 }
 
 }  // namespace
@@ -135,6 +164,7 @@ int main(int argc, char** argv) {
   }
   terrane::folder = argv[1];
   terrane::makePayloads();
+  terrane::makeRefinements();
   terrane::makeImagery();
   terrane::makeStripMeshes();
   terrane::makeCompactMeshes();

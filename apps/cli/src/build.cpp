@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <charconv>
+
 #include "commands.h"
 #include "common.h"
 #include "imagery_options.h"
@@ -59,6 +62,7 @@ struct Options {
   ImageryArguments imagery;
   OutputOptions output;
   std::string memory;
+  std::string layers;
   bool append = false;
 };
 
@@ -103,6 +107,21 @@ void say(const BuildReport& report, const Options& options) {
   }
 }
 
+/// Bounds, as "12,3".
+Result<std::vector<double>> parseLayers(const std::string& text) {
+  std::vector<double> bounds;
+  for (size_t at = 0; at <= text.size();) {
+    const size_t comma = std::min(text.find(',', at), text.size());
+    double bound = 0.0;
+    const auto [end, code] = std::from_chars(text.data() + at, text.data() + comma, bound);
+    if (code != std::errc() || end != text.data() + comma)
+      return makeError("--layers {}: must be numbers of metres, as 12,3, or auto", text);
+    bounds.push_back(bound);
+    at = comma + 1;
+  }
+  return bounds;
+}
+
 int runBuild(Options options) {
   if (!options.memory.empty()) {
     const auto bytes = parseByteSize(options.memory);
@@ -121,6 +140,19 @@ int runBuild(Options options) {
   options.build.optionsText = describeSource(options.source);
   if (const std::string text = describeImagery(options.imagery); !text.empty())
     options.build.optionsText += (options.build.optionsText.empty() ? "" : " ") + text;
+  if (!options.layers.empty()) {
+    options.build.layersBySpacing = options.layers == "auto";
+    if (!options.build.layersBySpacing) {
+      auto layers = parseLayers(options.layers);
+      if (!layers.ok()) {
+        fail(layers.error(), options.output);
+        return kExitUsage;
+      }
+      options.build.layerErrors = std::move(layers).value();
+    }
+    options.build.optionsText +=
+        (options.build.optionsText.empty() ? "" : " ") + ("--layers " + options.layers);
+  }
   options.build.cancel = &interruptFlag();
 
   // An output that cannot be made is known before the inputs are read.
@@ -156,6 +188,13 @@ void addBuildCommand(CLI::App& app, CommandContext& context) {
   addSourceOptions(*command, source);
   for (const char* option : {"--crs", "--lossless", "--max-error"})
     append->excludes(command->get_option(option));
+  command
+      ->add_option("--layers", options->layers,
+                   "Divide the samples into layers that viewers fetch as they need them, for thin lines: "
+                   "falling error "
+                   "bounds in metres, as 12,3, or auto, by the spacing, where --max-error allows some")
+      ->type_name("METRES|auto");
+  append->excludes(command->get_option("--layers"));
   command->add_option("--attribution", build.attribution,
                       "Whose data it is, for the manifest and for viewers");
   addImageryOptions(*command, options->imagery);

@@ -23,7 +23,8 @@ constexpr const char* kExamples =
     "spacing_x, spacing_y (CRS units), meters_per_unit, origin [easting, northing],\n"
     "extent {west, south, east, north} (CRS units), samples [columns, rows], finest_level,\n"
     "tiles, tiles_by_level, covered_cells, covered_km2, min_height_meters, max_height_meters,\n"
-    "height_step_meters, max_error_meters, lossless, files [{name, bytes, sha256}], bytes, bits_per_cell,\n"
+    "height_step_meters, max_error_meters, lossless, layers [{archive, max_error_meters, bytes}],\n"
+    "files [{name, bytes, sha256}], bytes, bits_per_cell,\n"
     "inputs [{name, bytes, sha256, width, height, data_type, crs, warped, resampling, native_level, "
     "no_data}],\n"
     "imagery [{name, archive, format, quality, finest_level, tiles, bytes, bounds, spacing_meters, "
@@ -57,8 +58,7 @@ Facts factsOf(const Dataset& dataset) {
   facts.south = facts.north - static_cast<double>(m.extentRows - 1) * m.frame.spacingY;
   facts.coveredSquareMeters = m.coveredCells * m.frame.spacingXMeters() * m.frame.spacingYMeters();
   for (const ArchiveRecord& archive : m.archives) facts.bytes += archive.bytes;
-  if (m.coveredCells > 0.0)
-    facts.bitsPerCell = 8.0 * static_cast<double>(m.archives.front().bytes) / m.coveredCells;
+  if (m.coveredCells > 0.0) facts.bitsPerCell = 8.0 * static_cast<double>(elevationBytes(m)) / m.coveredCells;
   facts.tilesByLevel.resize(static_cast<size_t>(m.frame.finestLevel) + 1);
   for (const TileId id : dataset.elevationTiles()) {
     if (id.level <= m.frame.finestLevel) ++facts.tilesByLevel[static_cast<size_t>(id.level)];
@@ -87,6 +87,11 @@ nlohmann::json toJson(const std::vector<InputRecord>& records) {
 const ArchiveRecord& archiveOf(const Manifest& m, const std::string& name) {
   return *std::find_if(m.archives.begin(), m.archives.end(),
                        [&](const ArchiveRecord& a) { return a.name == name; });
+}
+
+/// How far heights may be off the inputs' with the layers up to this one.
+double layerError(const Manifest& m, int layer) {
+  return layer + 1 < m.scale.layerCount ? m.scale.layerErrors[static_cast<size_t>(layer)] : m.maxErrorMeters;
 }
 
 /// Metres from texel to texel of the finest level.
@@ -118,6 +123,12 @@ nlohmann::json toJson(const Manifest& m, const Facts& facts) {
   nlohmann::json files = nlohmann::json::array();
   for (const ArchiveRecord& a : m.archives)
     files.push_back({{"name", a.name}, {"bytes", a.bytes}, {"sha256", a.sha256}});
+  nlohmann::json layers = nlohmann::json::array();
+  for (int layer = 0; layer < m.scale.layerCount; ++layer) {
+    const std::string name = elevationArchiveName(layer);
+    layers.push_back(
+        {{"archive", name}, {"max_error_meters", layerError(m, layer)}, {"bytes", archiveOf(m, name).bytes}});
+  }
   nlohmann::json imagery = nlohmann::json::array();
   for (const ImageryLayerRecord& layer : m.imagery) imagery.push_back(toJson(m, layer));
   return {{"name", m.name},
@@ -143,6 +154,7 @@ nlohmann::json toJson(const Manifest& m, const Facts& facts) {
           {"height_step_meters", m.scale.heightStep},
           {"max_error_meters", m.maxErrorMeters},
           {"lossless", m.maxErrorMeters == 0.0},
+          {"layers", layers},
           {"files", files},
           {"bytes", facts.bytes},
           {"bits_per_cell", facts.bitsPerCell},
@@ -179,8 +191,19 @@ void print(const Manifest& m, const Facts& facts) {
     levels += fmt::format("{}{}", i == 0 ? "" : " ", facts.tilesByLevel[i]);
   line("tiles", fmt::format("{} on levels 0 to {} ({})", formatCount(static_cast<int64_t>(m.tileCount)),
                             m.frame.finestLevel, levels));
-  line("file", fmt::format("{}, {}, {:.2f} bits a cell", m.archives.front().name,
-                           formatBytes(m.archives.front().bytes), facts.bitsPerCell));
+  if (m.scale.layerCount == 1) {
+    line("file", fmt::format("{}, {}, {:.2f} bits a cell", elevationArchiveName(0),
+                             formatBytes(elevationBytes(m)), facts.bitsPerCell));
+  } else {
+    for (int layer = 0; layer < m.scale.layerCount; ++layer) {
+      const std::string name = elevationArchiveName(layer);
+      line(layer == 0 ? "layers" : "",
+           fmt::format("{} for heights within {:.4g} m, {}", name, layerError(m, layer),
+                       formatBytes(archiveOf(m, name).bytes)));
+    }
+    line("",
+         fmt::format("{} together, {:.2f} bits a cell", formatBytes(elevationBytes(m)), facts.bitsPerCell));
+  }
   for (const ImageryLayerRecord& layer : m.imagery) {
     line("imagery",
          fmt::format("{}: a texel every {:.4g} m, {} tiles on levels 0 to {}, bands {}", layer.name,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "terrane/codec/all_layers.h"
 #include "terrane/codec/elevation_codec.h"
 #include "terrane/lod/screen_metric.h"
 
@@ -105,14 +106,14 @@ Result<AllTiles> AllTiles::load(const Dataset& dataset) {
   std::sort(ids.begin(), ids.end());
   AllTiles all;
   for (const TileId id : ids) {
-    TERRANE_ASSIGN(const auto payload, dataset.readElevation(id));
+    TERRANE_ASSIGN(const auto payloads, dataset.readAllLayers(id));
     const Tile* parent = id.isRoot() ? nullptr : all.find(id.parent());
-    if (!payload || (parent == nullptr && !id.isRoot())) {
+    if (!payloads || (parent == nullptr && !id.isRoot())) {
       return makeError("{}: tile {} or its parent is missing; build the dataset again", dataset.directory(),
                        toString(id));
     }
-    auto tile = decodeTile(*payload, parent != nullptr ? &parent->samples : nullptr,
-                           id.isRoot() ? 0 : id.quadrant(), dataset.manifest().scale);
+    auto tile = decodeAllLayers(*payloads, parent != nullptr ? &parent->samples : nullptr,
+                                id.isRoot() ? 0 : id.quadrant(), dataset.manifest().scale);
     if (!tile) return makeError("{}: tile {}: {}", dataset.directory(), toString(id), tile.error().message);
     all.tiles_.emplace(id, std::make_unique<Tile>(std::move(tile).value()));
   }

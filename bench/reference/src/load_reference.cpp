@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "terrane/base/format_number.h"
+#include "terrane/codec/all_layers.h"
 #include "terrane/codec/elevation_codec.h"
 
 namespace terrane {
@@ -11,12 +12,12 @@ namespace {
 
 /// Reads and decodes a stored tile.
 Result<Tile> readTile(const Dataset& dataset, TileId id, const Tile* parent) {
-  TERRANE_ASSIGN(const auto payload, dataset.readElevation(id));
-  if (!payload) {
+  TERRANE_ASSIGN(const auto payloads, dataset.readAllLayers(id));
+  if (!payloads) {
     return makeError("{}: tile {} is missing; build the dataset again", dataset.directory(), toString(id));
   }
-  auto tile = decodeTile(*payload, parent != nullptr ? &parent->samples : nullptr,
-                         id.isRoot() ? 0 : id.quadrant(), dataset.manifest().scale);
+  auto tile = decodeAllLayers(*payloads, parent != nullptr ? &parent->samples : nullptr,
+                              id.isRoot() ? 0 : id.quadrant(), dataset.manifest().scale);
   if (!tile) return makeError("{}: tile {}: {}", dataset.directory(), toString(id), tile.error().message);
   return tile;
 }

@@ -23,7 +23,6 @@ namespace terrane {
 
 namespace {
 
-constexpr const char* kArchiveName = "elevation.pmtiles";
 constexpr std::string_view kAppendWord = "\nappend ";  ///< in a plan, before the old manifest's hash
 
 /// Height of ground, lowest and highest, over all stored tiles.
@@ -78,14 +77,52 @@ struct WrittenTile {
   uint64_t copied = 0;  ///< 1: from the dataset that is added to
 };
 
-/// Writes the archive; gives how many of its tiles were copied.
-Result<uint64_t> writeArchive(const std::string& path, TileEncoder& encoder, const std::vector<TileId>& tiles,
-                              Jobs& jobs, Progress& progress) {
-  progress.beginStage("encoding", static_cast<int64_t>(tiles.size()), "tiles");
+/// The bounds of all layers of significance but the last.
+Result<std::vector<double>> chooseLayers(const Source& source, const BuildOptions& options) {
+  const SourcePlan& plan = source.plan();
+  std::vector<double> bounds = options.layerErrors;
+  if (options.layersBySpacing) {
+    if (!plan.interpolates) return bounds;
+    // What a pixel takes of the ground afar and halfway, and not where the next layer would say little more.
+    constexpr double kLeastRatio = 2.5;
+    const double spacing = std::max(plan.frame.spacingXMeters(), plan.frame.spacingYMeters());
+    for (const double share : {1.6, 0.4})
+      if (share * spacing >= kLeastRatio * plan.maxErrorMeters) bounds.push_back(share * spacing);
+    return bounds;
+  }
+  if (bounds.empty()) return bounds;
+  const std::string said = fmt::format("--layers {}", fmt::join(bounds, ","));
+  if (!plan.interpolates) {
+    return makeError(
+        "{}: a dataset that keeps every sample of its inputs has one layer; give a larger --max-error, or "
+        "leave --layers out",
+        said);
+  }
+  constexpr size_t kMost = ElevationScale::kMostLayers - 1;
+  double above = 1e9;
+  for (const double bound : bounds) {
+    if (!(bound > plan.maxErrorMeters && bound < above) || bounds.size() > kMost) {
+      return makeError("{}: must be 1 to {} falling numbers of metres, all above the dataset's own {:g} m",
+                       said, kMost, plan.maxErrorMeters);
+    }
+    above = bound;
+  }
+  return bounds;
+}
+
+/// Writes the archive of a layer; gives how many of its tiles were copied.
+Result<uint64_t> writeArchive(const std::string& path, TileEncoder& encoder, int layer,
+                              const std::vector<TileId>& tiles, Jobs& jobs, Progress& progress) {
+  const std::string stage = layer == 0 ? "encoding" : fmt::format("encoding {}", layer);
+  const std::string about =
+      layer == 0
+          ? R"({"name":"elevation","format":"terrane elevation payload 4"})"
+          : fmt::format(R"({{"name":"elevation-{}","format":"terrane elevation refinement 1"}})", layer);
+  progress.beginStage(stage, static_cast<int64_t>(tiles.size()), "tiles");
   std::optional<PmtilesWriter> writer;
   std::vector<uint8_t> copied(tiles.size(), 0);  // each job has its own
   const Status done = jobs.runInOrder<WrittenTile>(
-      "encoding", static_cast<int64_t>(tiles.size()), &progress,
+      stage, static_cast<int64_t>(tiles.size()), &progress,
       [&](std::span<const WrittenTile> before) -> Status {
         std::vector<PmtilesPlace> places;
         for (const WrittenTile& tile : before) {
@@ -96,7 +133,7 @@ Result<uint64_t> writeArchive(const std::string& path, TileEncoder& encoder, con
         return {};
       },
       [&](int worker, int64_t i) -> Result<std::vector<uint8_t>> {
-        TERRANE_ASSIGN(EncodedTile tile, encoder.encode(worker, tiles[static_cast<size_t>(i)]));
+        TERRANE_ASSIGN(EncodedTile tile, encoder.encode(worker, tiles[static_cast<size_t>(i)], layer));
         copied[static_cast<size_t>(i)] = tile.copied ? 1 : 0;
         return std::move(tile.bytes);
       },
@@ -105,7 +142,7 @@ Result<uint64_t> writeArchive(const std::string& path, TileEncoder& encoder, con
         return WrittenTile{place, copied[static_cast<size_t>(i)]};
       });
   TERRANE_TRY(done);
-  TERRANE_TRY(writer->finish(R"({"name":"elevation","format":"terrane elevation payload 4"})"));
+  TERRANE_TRY(writer->finish(about));
   return static_cast<uint64_t>(std::count(copied.begin(), copied.end(), 1));
 }
 
@@ -125,8 +162,9 @@ Result<std::string> hashOnce(const std::string& path, const std::string& stage, 
 
 /// All that shapes the result, as text. A work folder with another plan is of no use. `base`: the hash of the
 /// manifest of the dataset that is added to, empty for none.
-std::string describePlan(const SourcePlan& plan, const ImageryPlan& imagery, const BuildOptions& options,
-                         const std::string& name, const std::string& base) {
+std::string describePlan(const SourcePlan& plan, const std::vector<double>& layers,
+                         const ImageryPlan& imagery, const BuildOptions& options, const std::string& name,
+                         const std::string& base) {
   std::string text = fmt::format(
       "terrane {} work 2 dataset {} payload 4\nname {}\noptions {}\nattribution {}\ncrs {}\norigin {:.17g} "
       "{:.17g} "
@@ -135,6 +173,7 @@ std::string describePlan(const SourcePlan& plan, const ImageryPlan& imagery, con
       plan.frame.originEasting, plan.frame.originNorthing, plan.frame.spacingX, plan.frame.spacingY,
       plan.frame.finestLevel, plan.extentCols, plan.extentRows, plan.heightStep, plan.heightOffset,
       plan.maxErrorMeters, plan.interpolates ? "interpolated" : "coded");
+  for (const double bound : layers) text += fmt::format("layer within {:.17g}\n", bound);
   for (const InputRecord& input : plan.inputs) {
     text += fmt::format("input {} {} bytes {} {} x {} {} native {} crs {} resampling {} nodata {}\n",
                         input.name, input.sha256, input.bytes, input.width, input.height, input.dataType,
@@ -148,10 +187,11 @@ std::string describePlan(const SourcePlan& plan, const ImageryPlan& imagery, con
 /// The plan to work by where a dataset is added to. It is that of an earlier run of the same command, if that
 /// one had just put its dataset in place when it was killed: what stands there now is the result, and this
 /// run's inputs are its last ones already.
-std::string describeAppending(const Source& source, const ImageryPlan& imagery, const BuildOptions& options,
+std::string describeAppending(const Source& source, const std::vector<double>& layers,
+                              const ImageryPlan& imagery, const BuildOptions& options,
                               const std::string& name) {
   const AppendBase& base = *source.base();
-  std::string text = describePlan(source.plan(), imagery, options, name, base.manifestSha256);
+  std::string text = describePlan(source.plan(), layers, imagery, options, name, base.manifestSha256);
   const std::string committed = committedPlan(options.output);
   const size_t word = committed.rfind(kAppendWord);
   if (word == std::string::npos) return text;
@@ -161,7 +201,7 @@ std::string describeAppending(const Source& source, const ImageryPlan& imagery, 
   const auto added = static_cast<ptrdiff_t>(plan.inputs.size()) - there;
   if (added > there) return text;
   plan.inputs.erase(plan.inputs.begin() + there - added, plan.inputs.begin() + there);
-  std::string before = describePlan(plan, imagery, options, name, hash);
+  std::string before = describePlan(plan, layers, imagery, options, name, hash);
   return before == committed ? before : text;
 }
 
@@ -181,7 +221,7 @@ std::string joinOptions(const std::string& before, const std::string& added) {
 
 /// What the build takes on the disk at most, about: for each sample its heights, raw and filled, and what is
 /// known of it, and the result.
-uint64_t roomFor(const Source& source) {
+uint64_t roomFor(const Source& source, const std::vector<double>& layers) {
   const SourcePlan& plan = source.plan();
   const std::vector<int> levels = source.nativeLevels();
   double tiles = 0.0;
@@ -196,7 +236,9 @@ uint64_t roomFor(const Source& source) {
   constexpr double kHeightBytes = sizeof(float);
   constexpr double kRankBytes = 3.0 * sizeof(uint16_t);
   constexpr double kResultBytes = 1.5;
-  constexpr double kStateBytes = 1.125;
+  constexpr double kNeedBytes = 0.125;
+  constexpr double kStateBytes = 1.0;
+  constexpr double kLayerBytes = 1.0;
   constexpr double kCoverageBytes = 2.125;
   const bool mixed = levels.size() > 1;
   const bool voids = std::any_of(plan.inputs.begin(), plan.inputs.end(), [](const InputRecord& input) {
@@ -204,7 +246,8 @@ uint64_t roomFor(const Source& source) {
   });
   double perSample = kHeightBytes + kResultBytes;
   if (mixed || voids) perSample += kHeightBytes + kCoverageBytes;
-  if (mixed || voids || plan.interpolates) perSample += kStateBytes;
+  if (mixed || voids || plan.interpolates) perSample += kStateBytes + kNeedBytes;
+  if (!layers.empty()) perSample += kLayerBytes + static_cast<double>(layers.size()) * kNeedBytes;
   if (mixed) perSample += kRankBytes;
   return static_cast<uint64_t>(tiles * kTileSampleCount * perSample * 4.0 / 3.0);
 }
@@ -220,13 +263,14 @@ void warnOfSentinels(const HeightRange& range, Progress& progress) {
 }
 
 /// The build in its work folder, up to the last rename.
-Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const ImageryPlan& imagery,
-                            const BuildOptions& options, const std::string& name, Progress& progress) {
+Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const std::vector<double>& layers,
+                            const ImageryPlan& imagery, const BuildOptions& options, const std::string& name,
+                            Progress& progress) {
   const SourcePlan& plan = source.plan();
   const Workers workers(options.threads, options.cancel);
   Jobs jobs(workers, &work.log());
   const Scratch scratch{work.path(), true};
-  TERRANE_TRY(checkRoom(work, roomFor(source) + roomForImagery(imagery)));
+  TERRANE_TRY(checkRoom(work, roomFor(source, layers) + roomForImagery(imagery)));
 
   // The rasters' own cache is the one thing whose size is ours to choose. Tiles are read row by row: a row of
   // them and the blocks of the rasters that reach into it, twice over; more would only be filled, not used.
@@ -246,6 +290,11 @@ Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const Imager
   manifest.scale.heightStep = plan.heightStep;
   manifest.scale.heightOffset = plan.heightOffset;
   manifest.scale.sampleError = plan.maxErrorMeters;
+  if (!layers.empty()) {
+    manifest.scale.layerCount = static_cast<int>(layers.size()) + 1;
+    std::copy(layers.begin(), layers.end(), manifest.scale.layerErrors.begin());
+    manifest.scale.layerErrors[layers.size()] = plan.maxErrorMeters;
+  }
   manifest.verticalDatum = plan.verticalDatum;
   manifest.attribution = options.attribution;
   manifest.inputs = plan.inputs;
@@ -260,14 +309,16 @@ Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const Imager
 
   // Samples: raw from the finest level up, then filled from the root down.
   BuildReport report;
-  Pyramid pyramid(plan.frame.finestLevel, scratch);
+  Pyramid pyramid(plan.frame.finestLevel, scratch, scale.layerCount);
   {
     const bool mixed = source.nativeLevels().size() > 1;
     std::optional<RankStores> ranks;
     if (mixed) ranks.emplace(scratch);
     RankStores* ranksOrNull = mixed ? &*ranks : nullptr;
     std::optional<NeedStore> needs;
-    if (plan.interpolates) needs.emplace(plan.maxErrorMeters, scratch);
+    std::vector<double> bounds = layers;
+    bounds.push_back(plan.maxErrorMeters);
+    if (plan.interpolates) needs.emplace(std::move(bounds), scratch);
     TERRANE_ASSIGN(const RawTotals raw, readRawTiles(source, scale, pyramid, ranksOrNull,
                                                      needs ? &*needs : nullptr, jobs, progress));
     if (raw.samples == 0) {
@@ -300,16 +351,22 @@ Result<BuildReport> buildIn(WorkFolder& work, const Source& source, const Imager
       roughnessOf(pyramid, scale, std::max(plan.frame.spacingXMeters(), plan.frame.spacingYMeters()));
   TERRANE_ASSIGN(manifest.zeroShare, zeroShareOf(pyramid, plan.maxErrorMeters));
 
-  // The archive, then the manifest that vouches for it.
+  // The archives, then the manifest that vouches for them.
   const std::vector<TileId> tiles = storedTiles(pyramid);
-  const std::string archive = work.file(kArchiveName);
   TileEncoder encoder(pyramid, stores, manifest, source.base(), workers.count());
-  TERRANE_ASSIGN(report.tilesCopied, writeArchive(archive, encoder, tiles, jobs, progress));
   std::error_code code;
-  report.archiveBytes = static_cast<uint64_t>(std::filesystem::file_size(archive, code));
-  if (code) return makeError("{}: {}", archive, code.message());
-  TERRANE_ASSIGN(std::string hash, hashOnce(archive, "hashing", jobs));
-  manifest.archives = {{kArchiveName, report.archiveBytes, std::move(hash)}};
+  for (int layer = 0; layer < scale.layerCount; ++layer) {
+    const std::string archive = work.file(elevationArchiveName(layer));
+    TERRANE_ASSIGN(const uint64_t tilesCopied, writeArchive(archive, encoder, layer, tiles, jobs, progress));
+    if (layer == 0) report.tilesCopied = tilesCopied;
+    ArchiveRecord file{
+        elevationArchiveName(layer), static_cast<uint64_t>(std::filesystem::file_size(archive, code)), {}};
+    if (code) return makeError("{}: {}", archive, code.message());
+    TERRANE_ASSIGN(file.sha256,
+                   hashOnce(archive, layer == 0 ? "hashing" : fmt::format("hashing {}", layer), jobs));
+    report.archiveBytes += file.bytes;
+    manifest.archives.push_back(std::move(file));
+  }
   manifest.tileCount = tiles.size();
   for (const PlannedLayer& layer : imagery.layers) {
     const std::string path = work.file(layer.record.archive);
@@ -346,8 +403,9 @@ Result<BuildReport> reportOf(const std::string& directory) {
   TERRANE_ASSIGN(const Dataset dataset, Dataset::open(directory));
   BuildReport report;
   report.tiles = dataset.manifest().tileCount;
-  for (const ArchiveRecord& archive : dataset.manifest().archives)
-    (archive.name == kArchiveName ? report.archiveBytes : report.imageryBytes) += archive.bytes;
+  report.archiveBytes = elevationBytes(dataset.manifest());
+  for (const ArchiveRecord& archive : dataset.manifest().archives) report.imageryBytes += archive.bytes;
+  report.imageryBytes -= report.archiveBytes;
   for (const ImageryLayerRecord& layer : dataset.manifest().imagery) report.imageryTiles += layer.tileCount;
   return report;
 }
@@ -366,9 +424,10 @@ Result<BuildReport> buildDataset(const Source& source, const BuildOptions& optio
   TERRANE_ASSIGN(
       const std::shared_ptr<const ImageryPlan> imagery,
       planImagery(options.imagery, {plan.crsWkt, plan.frame, plan.extentCols, plan.extentRows}, progress));
+  TERRANE_ASSIGN(const std::vector<double> layers, chooseLayers(source, options));
   const bool appends = source.base() != nullptr;
-  const std::string planText = appends ? describeAppending(source, *imagery, options, name)
-                                       : describePlan(plan, *imagery, options, name, "");
+  const std::string planText = appends ? describeAppending(source, layers, *imagery, options, name)
+                                       : describePlan(plan, layers, *imagery, options, name, "");
   TERRANE_ASSIGN(WorkFolder work,
                  WorkFolder::open(options.output, options.overwrite || appends, planText, progress));
   if (work.isCommitted()) {
@@ -376,7 +435,7 @@ Result<BuildReport> buildDataset(const Source& source, const BuildOptions& optio
     return reportOf(options.output);
   }
   if (appends) TERRANE_TRY(checkBaseStands(*source.base()));
-  auto report = buildIn(work, source, *imagery, options, name, progress);
+  auto report = buildIn(work, source, layers, *imagery, options, name, progress);
   if (!report.ok()) {
     if (!work.hasWork()) return report;
     return makeError("{}; run the same command again to go on, or delete {} to start afresh",

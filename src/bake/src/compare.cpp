@@ -11,6 +11,7 @@
 #include "compare_raster.h"
 #include "input_crs.h"
 #include "input_list.h"
+#include "terrane/codec/all_layers.h"
 #include "terrane/codec/elevation_codec.h"
 #include "terrane/dataset/hash.h"
 #include "workers.h"
@@ -112,11 +113,11 @@ class Comparison {
     if (state == ChildState::Void) return std::unique_ptr<Tile>();
     if (state == ChildState::Interpolated)
       return std::make_unique<Tile>(interpolateTile(*parent, id.quadrant()));
-    TERRANE_ASSIGN(const auto bytes, dataset_.readElevation(id));
-    if (!bytes)
+    TERRANE_ASSIGN(const auto payloads, dataset_.readAllLayers(id));
+    if (!payloads)
       return makeError("{}: tile {} is missing; build the dataset again", dataset_.directory(), toString(id));
-    auto tile = decodeTile(*bytes, parent != nullptr ? &parent->samples : nullptr,
-                           parent != nullptr ? id.quadrant() : 0, manifest_.scale);
+    auto tile = decodeAllLayers(*payloads, parent != nullptr ? &parent->samples : nullptr,
+                                parent != nullptr ? id.quadrant() : 0, manifest_.scale);
     if (!tile.ok()) {
       return makeError("{}: tile {}: {}; build the dataset again", dataset_.directory(), toString(id),
                        tile.error().message);

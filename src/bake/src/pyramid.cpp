@@ -4,12 +4,14 @@
 
 namespace terrane {
 
-Pyramid::Pyramid(int finestLevel, const Scratch& scratch)
+Pyramid::Pyramid(int finestLevel, const Scratch& scratch, int layerCount)
     : levels(static_cast<size_t>(finestLevel) + 1),
       nodes(static_cast<size_t>(finestLevel) + 1),
+      layerCount_(layerCount),
       raw_(kTileSampleCount * sizeof(float), scratch, "raw"),
       filled_(kTileSampleCount * sizeof(float), scratch, "filled"),
       states_(kTileSampleCount * sizeof(SampleState), scratch, "states"),
+      layers_(kTileSampleCount, scratch, "layers"),
       coverage_(Coverage::kBytes, scratch, "coverage") {}
 
 int Pyramid::find(TileId id) const {
@@ -85,6 +87,16 @@ Status Pyramid::writeStates(const PyramidTile& tile, std::span<const SampleState
   return states_.writeValues<SampleState>(static_cast<uint64_t>(tile.block), states);
 }
 
+Status Pyramid::readLayers(const PyramidTile& tile, std::span<uint8_t> layers) const {
+  if (tile.hasLayers) return layers_.readValues<uint8_t>(static_cast<uint64_t>(tile.block), layers);
+  std::fill(layers.begin(), layers.end(), uint8_t{0});
+  return {};
+}
+
+Status Pyramid::writeLayers(const PyramidTile& tile, std::span<const uint8_t> layers) {
+  return layers_.writeValues<uint8_t>(static_cast<uint64_t>(tile.block), layers);
+}
+
 Status Pyramid::readCoverage(const PyramidTile& tile, Coverage& coverage) const {
   coverage.kind = tile.coverage;
   coverage.bits.clear();
@@ -100,6 +112,9 @@ Status Pyramid::writeCoverageBits(const PyramidTile& tile, std::span<const uint8
 Status Pyramid::readSamples(const PyramidTile& tile, TileSamples& samples) const {
   samples.heights.resize(kTileSampleCount);
   samples.states.resize(kTileSampleCount);
+  samples.layerCount = layerCount_;
+  samples.layers.resize(tile.hasLayers ? kTileSampleCount : 0);
+  if (tile.hasLayers) TERRANE_TRY(readLayers(tile, samples.layers));
   TERRANE_TRY(readCoverage(tile, samples.coverage));
   TERRANE_TRY(readHeights(tile, samples.heights));
   return readStates(tile, samples.states);

@@ -20,6 +20,7 @@ struct PyramidTile {
   int64_t block = -1;                               ///< its number in all stores
   bool filled = false;                              ///< its final heights are not its raw ones
   bool hasStates = false;                           ///< false: all samples are Coded
+  bool hasLayers = false;                           ///< false: all that are Coded are of the first layer
   bool complete = false;                            ///< no sample is Void
   bool hasNeeds = false;                            ///< of the finest level, while that is read
   bool rough = false;                               ///< surely not what interpolation makes of its parent
@@ -49,9 +50,11 @@ struct LevelNodes {
 /// tile.
 class Pyramid {
  public:
-  Pyramid(int finestLevel, const Scratch& scratch);
+  /// `layerCount`: the dataset's layers of significance.
+  Pyramid(int finestLevel, const Scratch& scratch, int layerCount = 1);
 
   int finestLevel() const { return static_cast<int>(levels.size()) - 1; }
+  int layerCount() const { return layerCount_; }
   /// The index of a tile on its level, or -1.
   int find(TileId id) const;
   /// Fills in children; call it when all levels stand.
@@ -77,6 +80,9 @@ class Pyramid {
   Result<float> readHeight(const PyramidTile& tile, int x, int y) const;
   Status readStates(const PyramidTile& tile, std::span<SampleState> states) const;
   Status writeStates(const PyramidTile& tile, std::span<const SampleState> states);
+  /// The layer of significance of each Coded sample.
+  Status readLayers(const PyramidTile& tile, std::span<uint8_t> layers) const;
+  Status writeLayers(const PyramidTile& tile, std::span<const uint8_t> layers);
   Status readCoverage(const PyramidTile& tile, Coverage& coverage) const;
   Status writeCoverageBits(const PyramidTile& tile, std::span<const uint8_t> bits);
   /// All of a tile's samples; sizes the arrays.
@@ -87,9 +93,11 @@ class Pyramid {
   std::vector<LevelNodes> nodes;  ///< for checks only
 
  private:
+  int layerCount_;
   BlockStore raw_;
   BlockStore filled_;
   BlockStore states_;
+  BlockStore layers_;
   BlockStore coverage_;
 };
 

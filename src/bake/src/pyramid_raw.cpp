@@ -27,6 +27,8 @@ struct WorkerScratch {
   std::vector<uint16_t> childRanks = std::vector<uint16_t>(kSamples);
   std::vector<SampleState> states = std::vector<SampleState>(kSamples);
   std::vector<SampleState> childStates = std::vector<SampleState>(kSamples);
+  std::vector<uint8_t> layers = std::vector<uint8_t>(kSamples);
+  std::vector<uint8_t> childLayers = std::vector<uint8_t>(kSamples);
   std::vector<float> given;  ///< heights before they are put on the step
 };
 
@@ -40,7 +42,8 @@ struct Outcome {
   bool rough = false;
   bool hasStates = false;
   bool hasNeeds = false;
-  uint16_t unused = 0;
+  bool hasLayers = false;
+  uint8_t unused = 0;
 };
 
 /// A candidate and its outcome.
@@ -179,7 +182,7 @@ class RawTileMaker {
     if (ranks_ != nullptr) std::fill(scratch.ranks.begin(), scratch.ranks.end(), uint16_t{0});
 
     // What the level below has.
-    bool anyStates = false;
+    bool anyStates = false, anyLayers = false;
     for (int quadrant = 0; id.level < pyramid_.finestLevel() && quadrant < 4; ++quadrant) {
       const int index = pyramid_.find(id.child(quadrant));
       if (index < 0) continue;
@@ -189,6 +192,7 @@ class RawTileMaker {
       TERRANE_TRY(pyramid_.readRawHeights(child, scratch.childHeights));
       decimate(scratch.childHeights, quadrant, scratch.heights);
       TERRANE_TRY(takeStates(child, quadrant, scratch, anyStates));
+      TERRANE_TRY(takeLayers(child, quadrant, scratch, anyLayers));
       if (ranks_ == nullptr) continue;
       TERRANE_TRY(ranks_->raw.readValues<uint16_t>(static_cast<uint64_t>(child.block), scratch.childRanks));
       decimate(scratch.childRanks, quadrant, scratch.ranks);
@@ -209,10 +213,12 @@ class RawTileMaker {
       TERRANE_TRY(pyramid_.writeStates(tile, scratch.states));
       outcome.hasStates = true;
     }
+    if (anyLayers && *std::max_element(scratch.layers.begin(), scratch.layers.end()) > 0) {
+      TERRANE_TRY(pyramid_.writeLayers(tile, scratch.layers));
+      outcome.hasLayers = true;
+    }
     if (outcome.hasData && needs_ != nullptr && id.level == pyramid_.finestLevel()) {
-      std::array<uint8_t, kSampleBitsBytes> bits;
-      findNeeded(scratch.given, scratch.heights, needs_->maxErrorMeters, bits);
-      TERRANE_TRY(needs_->bits.writeValues<uint8_t>(static_cast<uint64_t>(tile.block), bits));
+      TERRANE_TRY(writeNeeds(tile, scratch));
       outcome.hasNeeds = true;
     }
     if (ranks_ == nullptr) return {};
@@ -232,6 +238,29 @@ class RawTileMaker {
     TERRANE_TRY(pyramid_.readStates(child, scratch.childStates));
     decimate(scratch.childStates, quadrant, scratch.states);
     return {};
+  }
+
+  /// The same of the layers, where one has others than the first.
+  Status takeLayers(const PyramidTile& child, int quadrant, WorkerScratch& scratch, bool& takenAny) const {
+    if (!child.hasLayers && !takenAny) return {};
+    if (!takenAny) std::fill(scratch.layers.begin(), scratch.layers.end(), uint8_t{0});
+    takenAny = true;
+    TERRANE_TRY(pyramid_.readLayers(child, scratch.childLayers));
+    decimate(scratch.childLayers, quadrant, scratch.layers);
+    return {};
+  }
+
+  /// What each layer's bound needs, and what the larger ones before it do.
+  Status writeNeeds(const PyramidTile& tile, const WorkerScratch& scratch) const {
+    std::vector<uint8_t> all;
+    std::array<uint8_t, kSampleBitsBytes> bits, before{};
+    for (const double bound : needs_->boundsMeters) {
+      findNeeded(scratch.given, scratch.heights, bound, bits);
+      for (size_t i = 0; i < bits.size(); ++i) bits[i] |= before[i];
+      all.insert(all.end(), bits.begin(), bits.end());
+      before = bits;
+    }
+    return needs_->bits.writeValues<uint8_t>(static_cast<uint64_t>(tile.block), all);
   }
 
   Status overlay(TileId id, WorkerScratch& scratch, Outcome& outcome, bool& touched) const {
@@ -349,6 +378,7 @@ Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale
       tile.complete = candidate.outcome.complete;
       tile.rough = candidate.outcome.rough;
       tile.hasStates = candidate.outcome.hasStates;
+      tile.hasLayers = candidate.outcome.hasLayers;
       tile.hasNeeds = candidate.outcome.hasNeeds;
       tiles.push_back(tile);
     };

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "pyramid_steps.h"
 #include "significance.h"
@@ -11,12 +12,13 @@ namespace {
 struct WorkerScratch {
   std::array<std::array<uint8_t, kSampleBitsBytes>, 9> needs;
   std::vector<uint8_t> significant = std::vector<uint8_t>(static_cast<size_t>(kTileSampleCount));
+  std::vector<uint8_t> layers = std::vector<uint8_t>(static_cast<size_t>(kTileSampleCount));
   std::vector<float> heights = std::vector<float>(static_cast<size_t>(kTileSampleCount));
   std::vector<SampleState> states = std::vector<SampleState>(static_cast<size_t>(kTileSampleCount));
 };
 
-/// The needs in and around a tile.
-Status readNeeds(const Pyramid& pyramid, const NeedStore& store, TileId id, WorkerScratch& scratch,
+/// A layer's needs in and around a tile.
+Status readNeeds(const Pyramid& pyramid, const NeedStore& store, int layer, TileId id, WorkerScratch& scratch,
                  NeedsAround& around) {
   const auto& tiles = pyramid.levels[static_cast<size_t>(id.level)];
   for (size_t i = 0; i < around.size(); ++i) {
@@ -26,7 +28,8 @@ Status readNeeds(const Pyramid& pyramid, const NeedStore& store, TileId id, Work
     const int index = neighbour.valid() ? pyramid.find(neighbour) : -1;
     if (index < 0 || !tiles[static_cast<size_t>(index)].hasNeeds) continue;
     const auto block = static_cast<uint64_t>(tiles[static_cast<size_t>(index)].block);
-    TERRANE_TRY(store.bits.readValues<uint8_t>(block, scratch.needs[i]));
+    TERRANE_TRY(store.bits.read(block, std::as_writable_bytes(std::span(scratch.needs[i])),
+                                static_cast<size_t>(layer) * kSampleBitsBytes));
     around[i] = scratch.needs[i].data();
   }
   return {};
@@ -36,12 +39,40 @@ Status readNeeds(const Pyramid& pyramid, const NeedStore& store, TileId id, Work
 struct Outcome {
   bool rough = false;
   bool hasStates = false;
+  bool hasLayers = false;
 };
+
+/// What the dataset's own bound makes significant, in scratch.significant, and the first layer in which each
+/// of these samples is, in scratch.layers.
+Status findLayers(const Pyramid& pyramid, const NeedStore& needs, TileId id, WorkerScratch& scratch) {
+  const auto last = static_cast<uint8_t>(needs.layerCount() - 1);
+  std::fill(scratch.layers.begin(), scratch.layers.end(), last);
+  for (int layer = 0; layer <= last; ++layer) {
+    NeedsAround around{};
+    TERRANE_TRY(readNeeds(pyramid, needs, layer, id, scratch, around));
+    findSignificant(around, scratch.significant);
+    for (size_t i = 0; layer < last && i < scratch.layers.size(); ++i) {
+      if (scratch.significant[i] != 0 && scratch.layers[i] == last)
+        scratch.layers[i] = static_cast<uint8_t>(layer);
+    }
+  }
+  return {};
+}
+
+/// Leaves the layers of Coded samples alone, of which there is then one at least beyond the first, or not.
+bool keepLayersOfCoded(WorkerScratch& scratch) {
+  bool any = false;
+  for (size_t i = 0; i < scratch.layers.size(); ++i) {
+    if (scratch.states[i] != SampleState::Coded) scratch.layers[i] = 0;
+    any |= scratch.layers[i] != 0;
+  }
+  return any;
+}
 
 }  // namespace
 
-NeedStore::NeedStore(double maxError, const Scratch& scratch)
-    : maxErrorMeters(maxError), bits(kSampleBitsBytes, scratch, "needs") {}
+NeedStore::NeedStore(std::vector<double> bounds, const Scratch& scratch)
+    : boundsMeters(std::move(bounds)), bits(boundsMeters.size() * kSampleBitsBytes, scratch, "needs") {}
 
 Status interpolateFinestTiles(Pyramid& pyramid, const NeedStore& needs, Jobs& jobs) {
   std::vector<WorkerScratch> scratches(static_cast<size_t>(jobs.workers().count()));
@@ -50,25 +81,27 @@ Status interpolateFinestTiles(Pyramid& pyramid, const NeedStore& needs, Jobs& jo
   for (PyramidTile& tile : pyramid.levels.back()) {
     if (tile.hasNeeds) tiles.push_back(&tile);
   }
-  const auto outcomes =
-      jobs.run<Outcome>("interpolating", static_cast<int64_t>(tiles.size()), nullptr,
-                        [&](int worker, int64_t i) -> Result<Outcome> {
-                          WorkerScratch& scratch = scratches[static_cast<size_t>(worker)];
-                          const PyramidTile& tile = *tiles[static_cast<size_t>(i)];
-                          NeedsAround around{};
-                          TERRANE_TRY(readNeeds(pyramid, needs, tile.id, scratch, around));
-                          findSignificant(around, scratch.significant);
-                          TERRANE_TRY(pyramid.readRawHeights(tile, scratch.heights));
-                          if (interpolateInsignificant(scratch.significant, scratch.heights, scratch.states))
-                            return Outcome{tile.rough, false};
-                          TERRANE_TRY(pyramid.writeRawHeights(tile, scratch.heights));
-                          TERRANE_TRY(pyramid.writeStates(tile, scratch.states));
-                          return Outcome{isRough(scratch.heights), true};
-                        });
+  const auto outcomes = jobs.run<Outcome>("interpolating", static_cast<int64_t>(tiles.size()), nullptr,
+                                          [&](int worker, int64_t i) -> Result<Outcome> {
+                                            WorkerScratch& scratch = scratches[static_cast<size_t>(worker)];
+                                            const PyramidTile& tile = *tiles[static_cast<size_t>(i)];
+                                            TERRANE_TRY(findLayers(pyramid, needs, tile.id, scratch));
+                                            TERRANE_TRY(pyramid.readRawHeights(tile, scratch.heights));
+                                            const bool allCoded = interpolateInsignificant(
+                                                scratch.significant, scratch.heights, scratch.states);
+                                            const bool layered = keepLayersOfCoded(scratch);
+                                            if (layered)
+                                              TERRANE_TRY(pyramid.writeLayers(tile, scratch.layers));
+                                            if (allCoded) return Outcome{tile.rough, false, layered};
+                                            TERRANE_TRY(pyramid.writeRawHeights(tile, scratch.heights));
+                                            TERRANE_TRY(pyramid.writeStates(tile, scratch.states));
+                                            return Outcome{isRough(scratch.heights), true, layered};
+                                          });
   if (!outcomes.ok()) return outcomes.error();
   for (size_t i = 0; i < tiles.size(); ++i) {
     tiles[i]->rough = (*outcomes)[i].rough;
     tiles[i]->hasStates = (*outcomes)[i].hasStates;
+    tiles[i]->hasLayers = (*outcomes)[i].hasLayers;
   }
   return {};
 }

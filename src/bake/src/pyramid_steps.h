@@ -17,12 +17,15 @@ struct RankStores {
   BlockStore coarse;  ///< of the inputs native to coarser levels, interpolated
 };
 
-/// What the finest tiles need by themselves (significance.h), kept from when they are read until all of them
-/// are.
+/// What the finest tiles need by themselves (significance.h) under the bound of each layer of significance,
+/// kept from when they are read until all of them are. What a larger bound needs, the smaller ones do as
+/// well.
 struct NeedStore {
-  NeedStore(double maxError, const Scratch& scratch);
-  double maxErrorMeters;
-  BlockStore bits;
+  /// `bounds`: metres, falling; the last is the dataset's.
+  NeedStore(std::vector<double> bounds, const Scratch& scratch);
+  int layerCount() const { return static_cast<int>(boundsMeters.size()); }
+  std::vector<double> boundsMeters;
+  BlockStore bits;  ///< a layer's kSampleBitsBytes behind those of the one before
 };
 
 /// What reading the inputs told.
@@ -39,9 +42,9 @@ struct RawTotals {
 Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale, Pyramid& pyramid,
                                RankStores* ranks, NeedStore* needs, Jobs& jobs, Progress& progress);
 
-/// The part of step 1 that follows once the finest level is read: its tiles' final heights and states. Each
-/// tile takes its neighbours' needs and its own samples; a second time changes nothing, not even where the
-/// first one was killed while it wrote.
+/// The part of step 1 that follows once the finest level is read: its tiles' final heights, states and
+/// layers. Each tile takes its neighbours' needs and its own samples; a second time changes nothing, not even
+/// where the first one was killed while it wrote.
 Status interpolateFinestTiles(Pyramid& pyramid, const NeedStore& needs, Jobs& jobs);
 /// A sample between two others that is not their mean: surely not interpolated. Most tiles show one at once.
 bool isRough(std::span<const float> heights);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "terrane/codec/all_layers.h"
 #include "terrane/codec/elevation_codec.h"
 
 namespace terrane {
@@ -22,15 +23,15 @@ Result<std::shared_ptr<const StoredTile>> StoredTiles::read(TileId id) {
   const int quadrant = id.isRoot() ? 0 : id.quadrant();
   auto made = std::make_shared<StoredTile>();
   made->id = id;
-  TERRANE_ASSIGN(auto payload, dataset_.readElevation(id));
-  if (payload) {
-    auto tile =
-        decodeTile(*payload, parent ? &parent->tile.samples : nullptr, quadrant, dataset_.manifest().scale);
+  TERRANE_ASSIGN(auto payloads, dataset_.readAllLayers(id));
+  if (payloads) {
+    auto tile = decodeAllLayers(*payloads, parent ? &parent->tile.samples : nullptr, quadrant,
+                                dataset_.manifest().scale);
     if (!tile.ok()) {
       return makeError("{}: tile {}: {}; build the dataset again", dataset_.directory(), toString(id),
                        tile.error().message);
     }
-    made->payload = std::move(*payload);
+    made->payloads = std::move(*payloads);
     made->tile = std::move(tile).value();
   } else if (parent) {
     // note: not interpolateTile(), for which a quadrant without ground is void up to its border: a sample by

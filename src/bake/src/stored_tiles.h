@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "terrane/codec/tile.h"
+#include "terrane/codec/all_layers.h"
 #include "terrane/dataset/dataset.h"
 
 namespace terrane {
@@ -12,8 +12,8 @@ namespace terrane {
 /// A tile of a dataset.
 struct StoredTile {
   TileId id;
-  std::vector<uint8_t> payload;  ///< empty: not stored, and only tile.samples is of use
-  Tile tile;
+  TilePayloads payloads;  ///< empty: not stored, and only tile.samples is of use
+  Tile tile;              ///< with all layers
 };
 
 /// Reads a dataset's tiles for one thread, and keeps the last ones, since each needs its ancestors.

@@ -25,9 +25,9 @@ class TileEncoder {
   TileEncoder(const Pyramid& pyramid, const NodeStores& stores, const Manifest& manifest,
               const AppendBase* base, int workers);
 
-  /// The payload of a stored tile. Where the old dataset's tile and its parent hold the very same, it is that
-  /// one's, without being encoded again.
-  Result<EncodedTile> encode(int worker, TileId id);
+  /// The payload of a layer of significance of a stored tile. Where the old dataset's tile and its parent
+  /// hold the very same, it is that one's, without being encoded again.
+  Result<EncodedTile> encode(int worker, TileId id, int layer);
 
  private:
   struct Scratch {
@@ -40,7 +40,7 @@ class TileEncoder {
 
   Status takeNodes(const PyramidTile& tile, TileCodes& codes, TileNodes& out) const;
   ChildSummary summariseChild(const PyramidTile& tile, const Tile& out, int quadrant) const;
-  Result<std::vector<uint8_t>> payloadBefore(Scratch& scratch, TileId id) const;
+  Result<std::vector<uint8_t>> payloadBefore(Scratch& scratch, TileId id, int layer) const;
 
   const Pyramid& pyramid_;
   const NodeStores& stores_;

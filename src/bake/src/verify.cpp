@@ -11,6 +11,7 @@
 
 #include "node_measure.h"
 #include "pyramid_steps.h"
+#include "terrane/codec/all_layers.h"
 #include "terrane/codec/elevation_codec.h"
 #include "terrane/dataset/dataset.h"
 #include "terrane/dataset/hash.h"
@@ -61,7 +62,7 @@ class Verifier {
         workers_(workers),
         jobs_(workers, nullptr),
         scratch_(std::move(scratch)),
-        pyramid_(manifest_.frame.finestLevel, scratch_),
+        pyramid_(manifest_.frame.finestLevel, scratch_, manifest_.scale.layerCount),
         stated_(pyramid_.levels.size()),
         report_(report),
         faults_(report),
@@ -185,15 +186,15 @@ class Verifier {
   }
 
   Status decodeTile(TileId id, int index, const TileSamples* parent) {
-    const auto bytes = dataset_.readElevation(id);
+    const auto payloads = dataset_.readAllLayers(id);
     progress_.advance(1);
-    if (!bytes.ok() || !bytes->has_value()) {
+    if (!payloads.ok() || !payloads->has_value()) {
       faults_.add("tile {}: {}", toString(id),
-                  bytes.ok() ? "is listed but not there" : bytes.error().message);
+                  payloads.ok() ? "is listed but not there" : payloads.error().message);
       return {};
     }
     auto decoded =
-        terrane::decodeTile(**bytes, parent, parent != nullptr ? id.quadrant() : 0, manifest_.scale);
+        decodeAllLayers(**payloads, parent, parent != nullptr ? id.quadrant() : 0, manifest_.scale);
     if (!decoded.ok()) {
       faults_.add("tile {}: {}", toString(id), decoded.error().message);
       return {};
@@ -206,8 +207,14 @@ class Verifier {
       TERRANE_TRY(pyramid_.writeStates(tile, states));
       tile.hasStates = true;
     }
+    const auto& layers = decoded->samples.layers;
+    if (std::any_of(layers.begin(), layers.end(), [](uint8_t layer) { return layer != 0; })) {
+      TERRANE_TRY(pyramid_.writeLayers(tile, layers));
+      tile.hasLayers = true;
+    }
     tile.complete = std::find(states.begin(), states.end(), SampleState::Void) == states.end();
-    checkClosure(id, states);
+    checkClosure(id, decoded->samples);
+    checkLayers(id, decoded->samples);
     Stated& stated = stated_[static_cast<size_t>(id.level)][static_cast<size_t>(index)];
     checkChildren(tile, *decoded);
     stated.nodes = std::move(decoded->nodes);
@@ -217,31 +224,55 @@ class Verifier {
   }
 
   /// Samples that are coded need coded parents: with inputs of one level, what is significant is closed under
-  /// "parent of". note: samples on larger multiples than this are always coded, and of a border sample's two
-  /// parents one may lie in the neighbour, which has the sample too.
-  void checkClosure(TileId id, const std::vector<SampleState>& states) {
+  /// "parent of", in each layer. note: samples on larger multiples than this are always coded, and of a
+  /// border sample's two parents one may lie in the neighbour, which has the sample too.
+  void checkClosure(TileId id, const TileSamples& samples) {
     const auto& inputs = manifest_.inputs;
     const bool mixed = std::any_of(inputs.begin(), inputs.end(), [&](const InputRecord& input) {
       return input.nativeLevel != inputs.front().nativeLevel;
     });
     if (mixed) return;
-    const auto at = [&](LatticePoint p) { return states[static_cast<size_t>(p.y * kTileSamples + p.x)]; };
+    const auto indexOf = [](LatticePoint p) { return static_cast<size_t>(p.y * kTileSamples + p.x); };
     const Lattice lattice(0);
-    int orphans = 0;
+    int orphans = 0, layerOrphans = 0;
     for (int level = id.isRoot() ? 0 : lattice.deepestLevel() - 1; level <= lattice.deepestLevel(); ++level) {
       const int s = lattice.halfSize(level);
       const bool quads = level % 2 == 0;
       for (int y = quads ? s : 0; y <= kTileCells; y += quads ? 2 * s : s) {
         for (int x = quads ? s : (y / s % 2 == 0 ? s : 0); x <= kTileCells; x += 2 * s) {
-          if (at({x, y}) != SampleState::Coded) continue;
+          const size_t at = indexOf({x, y});
+          if (samples.states[at] != SampleState::Coded) continue;
           for (const LatticePoint apex : lattice.apexes({x, y, level})) {
-            if (at(apex) == SampleState::Interpolated) ++orphans;
+            const size_t above = indexOf(apex);
+            if (samples.states[above] == SampleState::Interpolated) ++orphans;
+            if (samples.states[above] == SampleState::Coded && samples.layerAt(above) > samples.layerAt(at))
+              ++layerOrphans;
           }
         }
       }
     }
     if (orphans > 0)
       faults_.add("tile {}: {} coded samples have an interpolated parent", toString(id), orphans);
+    if (layerOrphans > 0)
+      faults_.add("tile {}: {} samples have a parent of a later layer", toString(id), layerOrphans);
+  }
+
+  /// How far the samples of each layer but the last are from what all of them make.
+  void checkLayers(TileId id, const TileSamples& samples) {
+    const ElevationScale& scale = manifest_.scale;
+    for (int layer = 0; layer + 1 < scale.layerCount; ++layer) {
+      const TileSamples early = samplesOfLayer(samples, layer);
+      double largest = 0.0;
+      for (size_t i = 0; i < samples.heights.size(); ++i) {
+        if (samples.states[i] == SampleState::Void) continue;
+        const double off = static_cast<double>(early.heights[i]) - static_cast<double>(samples.heights[i]);
+        largest = std::max(largest, std::abs(off));
+      }
+      if (largest > scale.layerOffset(layer)) {
+        faults_.add("tile {}: with the layers up to {}, a sample is off by {:.4f} m, {:g} m are allowed",
+                    toString(id), layer, largest, scale.layerOffset(layer));
+      }
+    }
   }
 
   bool isDecoded(const PyramidTile& tile) const {
@@ -368,7 +399,10 @@ class Verifier {
                                              i * opposite.stepX);
       const bool sameGround =
           (own.states[here] == SampleState::Void) == (other.states[there] == SampleState::Void);
-      if (own.heights[here] != other.heights[there] || !sameGround) ++differences;
+      const bool sameLayer = own.states[here] != SampleState::Coded ||
+                             other.states[there] != SampleState::Coded ||
+                             own.layerAt(here) == other.layerAt(there);
+      if (own.heights[here] != other.heights[there] || !sameGround || !sameLayer) ++differences;
     }
     if (differences > 0)
       faults_.add("tiles {} and {}: {} samples of their border differ", toString(a), toString(b),

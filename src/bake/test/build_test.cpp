@@ -15,6 +15,7 @@
 #include "build_output.h"
 #include "function_source.h"
 #include "terrane/bake/verify.h"
+#include "terrane/codec/all_layers.h"
 #include "terrane/codec/elevation_codec.h"
 #include "terrane/dataset/dataset.h"
 #include "terrane/dataset/hash.h"
@@ -72,10 +73,11 @@ std::map<TileId, Tile> decodeAll(const std::string& directory) {
   std::vector<TileId> ids = dataset->elevationTiles();
   std::sort(ids.begin(), ids.end());
   for (const TileId id : ids) {
-    auto bytes = dataset->readElevation(id);
-    EXPECT_TRUE(bytes.ok() && bytes->has_value());
+    auto payloads = dataset->readAllLayers(id);
+    EXPECT_TRUE(payloads.ok() && payloads->has_value());
     const TileSamples* parent = id.isRoot() ? nullptr : &out.at(id.parent()).samples;
-    auto tile = decodeTile(**bytes, parent, id.isRoot() ? 0 : id.quadrant(), dataset->manifest().scale);
+    auto tile =
+        decodeAllLayers(**payloads, parent, id.isRoot() ? 0 : id.quadrant(), dataset->manifest().scale);
     EXPECT_TRUE(tile.ok()) << tile.error().message;
     out.emplace(id, std::move(tile).value());
   }
@@ -188,6 +190,121 @@ TEST_F(BuildTest, LeavesToInterpolationWhatThatKeepsWithinTheBound) {
   }
 }
 
+TEST_F(BuildTest, LayersTogetherAreTheDatasetWithoutLayers) {
+  for (uint64_t seed = 1; seed <= 3; ++seed) {
+    const FunctionSource source = islands(seed, 3.0, 2.0);
+    BuildOptions options;
+    options.output = path("one.terrane");
+    options.overwrite = true;
+    SilentProgress progress;
+    ASSERT_TRUE(buildDataset(source, options, progress).ok());
+    options.output = path("layers.terrane");
+    options.layerErrors = {40.0, 15.0, 6.0};
+    const auto report = buildDataset(source, options, progress);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    const auto verified = verifyDataset(path("layers.terrane"), {}, progress);
+    ASSERT_TRUE(verified.ok()) << verified.error().message;
+    ASSERT_EQ(verified->faultCount, 0U) << verified->faults[0];
+    uint64_t bytes = 0;
+    for (int layer = 0; layer < 4; ++layer)
+      bytes += fs::file_size(path("layers.terrane/" + elevationArchiveName(layer)));
+    EXPECT_EQ(report->archiveBytes, bytes);
+
+    const auto whole = decodeAll(path("one.terrane"));
+    const auto tiles = decodeAll(path("layers.terrane"));
+    ASSERT_EQ(tiles.size(), whole.size());
+    std::array<int, 4> coded{};
+    std::map<std::pair<int64_t, int64_t>, int> known;
+    for (const auto& [id, tile] : tiles) {
+      const Tile& other = whole.at(id);
+      ASSERT_EQ(tile.samples.layerCount, 4);
+      ASSERT_EQ(tile.samples.heights, other.samples.heights) << toString(id);
+      ASSERT_EQ(tile.samples.states, other.samples.states) << toString(id);
+      ASSERT_EQ(tile.samples.coverage.kind, other.samples.coverage.kind) << toString(id);
+      ASSERT_EQ(tile.samples.coverage.bits, other.samples.coverage.bits) << toString(id);
+      ASSERT_EQ(tile.nodes.error, other.nodes.error) << toString(id);
+      ASSERT_EQ(tile.nodes.largeError, other.nodes.largeError) << toString(id);
+      ASSERT_EQ(tile.nodes.low, other.nodes.low) << toString(id);
+      ASSERT_EQ(tile.nodes.high, other.nodes.high) << toString(id);
+      // The same layer in every tile and level, and the first on the coarse lattice.
+      const int shift = 2 - id.level;
+      for (int y = 0; y < kTileSamples; ++y) {
+        for (int x = 0; x < kTileSamples; ++x) {
+          const auto i = static_cast<size_t>(y * kTileSamples + x);
+          if (tile.samples.states[i] != SampleState::Coded) continue;
+          const auto place =
+              std::pair((int64_t{id.col} * 256 + x) << shift, (int64_t{id.row} * 256 + y) << shift);
+          const int layer = tile.samples.layerAt(i);
+          ASSERT_EQ(known.emplace(place, layer).first->second, layer) << toString(id) << " " << x << " " << y;
+          if (place.first % 16 == 0 && place.second % 16 == 0) {
+            ASSERT_EQ(layer, 0);
+          }
+          if (shift == 0) ++coded[static_cast<size_t>(layer)];
+        }
+      }
+    }
+    for (const int samples : coded) EXPECT_GT(samples, 1000);
+  }
+}
+
+TEST_F(BuildTest, TheFirstLayerIsWhatItsBoundNeeds) {
+  // On the same step, the samples of the first layer are those that a dataset with its bound codes.
+  const FunctionSource source = islands(4, 3.0, 2.0);
+  FunctionSource coarser = islands(4, 3.0, 20.0);
+  BuildOptions options;
+  SilentProgress progress;
+  options.output = path("layers.terrane");
+  options.layerErrors = {20.0};
+  ASSERT_TRUE(buildDataset(source, options, progress).ok());
+  options.output = path("coarser.terrane");
+  options.layerErrors.clear();
+  ASSERT_TRUE(buildDataset(coarser, options, progress).ok());
+  const auto tiles = decodeAll(path("layers.terrane"));
+  for (const auto& [id, tile] : decodeAll(path("coarser.terrane"))) {
+    if (!tiles.contains(id)) continue;
+    const TileSamples first = samplesOfLayer(tiles.at(id).samples, 0);
+    ASSERT_EQ(first.states, tile.samples.states) << toString(id);
+    ASSERT_EQ(first.heights, tile.samples.heights) << toString(id);
+  }
+}
+
+TEST_F(BuildTest, LayersAreChosenByTheSpacing) {
+  const auto layersOf = [&](const FunctionSource& source) {
+    BuildOptions options;
+    options.output = path("a.terrane");
+    options.overwrite = true;
+    options.layersBySpacing = true;
+    SilentProgress progress;
+    EXPECT_TRUE(buildDataset(source, options, progress).ok());
+    const auto dataset = Dataset::open(path("a.terrane"));
+    EXPECT_TRUE(dataset.ok());
+    const ElevationScale& scale = dataset->manifest().scale;
+    return std::vector<double>(scale.layerErrors.begin(), scale.layerErrors.begin() + scale.layerCount - 1);
+  };
+  // The spacing is 10 m.
+  EXPECT_EQ(layersOf(islands(1, 1.5, 1.0)), (std::vector<double>{16.0, 4.0}));
+  EXPECT_EQ(layersOf(islands(1, 2.5, 2.0)), (std::vector<double>{16.0}));
+  EXPECT_EQ(layersOf(islands(1, 11.0, 8.0)), std::vector<double>());
+  EXPECT_EQ(layersOf(islands(1, 1.0, 0.0)), std::vector<double>());
+}
+
+TEST_F(BuildTest, RefusesLayersThatAreNone) {
+  const auto errorOf = [&](const FunctionSource& source, std::vector<double> layers) {
+    BuildOptions options;
+    options.output = path("a.terrane");
+    options.layerErrors = std::move(layers);
+    SilentProgress progress;
+    const auto report = buildDataset(source, options, progress);
+    return report.ok() ? std::string() : report.error().message;
+  };
+  const std::vector<std::vector<double>> allBad = {{3.0, 12.0}, {12.0, 12.0},   {2.0},
+                                                   {1.0},       {std::nan("")}, {16.0, 8.0, 4.0, 3.0}};
+  for (const std::vector<double>& bad : allBad)
+    EXPECT_NE(errorOf(islands(1, 3.0, 2.0), bad).find("--layers"), std::string::npos) << bad[0];
+  EXPECT_NE(errorOf(islands(1, 1.0, 0.0), {12.0}).find("--max-error"), std::string::npos);
+  EXPECT_TRUE(contents().empty());
+}
+
 TEST_F(BuildTest, ABoundLetsSmoothGroundGoWithoutItsFinestTiles) {
   const auto swell = [](int64_t x, int64_t y) {
     return static_cast<float>(100.0 * std::sin(static_cast<double>(x) / 300.0) +
@@ -208,10 +325,15 @@ void BuildTest::sameWithAnyThreadsAndMemory(const Source& source) {
   options.memoryBytes = 1;
   SilentProgress progress;
   ASSERT_TRUE(buildDataset(source, options, progress).ok());
-  const std::string bytes = bytesOf(path("one.terrane/elevation.pmtiles"));
-  EXPECT_GT(bytes.size(), 1000U);
-  EXPECT_EQ(bytes, bytesOf(path("three.terrane/elevation.pmtiles")));
-  EXPECT_EQ(bytes, bytesOf(path("small.terrane/elevation.pmtiles")));
+  const auto dataset = Dataset::open(path("one.terrane"));
+  ASSERT_TRUE(dataset.ok()) << dataset.error().message;
+  for (int layer = 0; layer < dataset->manifest().scale.layerCount; ++layer) {
+    const std::string name = "/" + elevationArchiveName(layer);
+    const std::string bytes = bytesOf(path("one.terrane" + name));
+    EXPECT_GT(bytes.size(), 1000U);
+    EXPECT_EQ(bytes, bytesOf(path("three.terrane" + name)));
+    EXPECT_EQ(bytes, bytesOf(path("small.terrane" + name)));
+  }
 }
 
 TEST_F(BuildTest, TheArchiveDoesNotDependOnThreadsOrMemory) {
@@ -389,6 +511,10 @@ TEST_F(BuildTest, GoesOnFromWhatIsDoneAndGetsTheSameBytes) {
     EXPECT_EQ(report->stages[0].name, "reading");
     EXPECT_EQ(report->stages[0].jobsResumed, tiles);
     EXPECT_EQ(bytesOf(path("a.terrane/elevation.pmtiles")), bytesOf(path("whole.terrane/elevation.pmtiles")));
+    EXPECT_EQ(bytesOf(path("a.terrane/elevation-1.pmtiles")),
+              bytesOf(path("whole.terrane/elevation-1.pmtiles")));
+    EXPECT_EQ(bytesOf(path("a.terrane/elevation-2.pmtiles")),
+              bytesOf(path("whole.terrane/elevation-2.pmtiles")));
     EXPECT_EQ(contents(), (std::vector<std::string>{"a.terrane", "whole.terrane"}));
   }
 }

@@ -42,8 +42,9 @@ class VerifyTest : public ::testing::Test {
     const auto coarse = [](int64_t x, int64_t y) { return roughGround(2 * x, 2 * y, 2); };
     buildFrom(FunctionSource({{1, 0, 0, 300, 250, coarse}, {2, 100, 100, 620, 500, height}}, 0.1, 0.05));
   }
-  void buildFrom(const FunctionSource& source) {
+  void buildFrom(const FunctionSource& source, bool inLayers = false) {
     BuildOptions options;
+    options.layersBySpacing = inLayers;
     options.output = directory_;
     options.overwrite = true;
     SilentProgress progress;
@@ -223,6 +224,30 @@ TEST_F(VerifyTest, SeesAWrongShareOfZeros) {
   manifest.zeroShare = *manifest.zeroShare + 0.01;
   write(file("manifest.json"), manifestToJson(manifest));
   expectFault("stands at 0");
+}
+
+TEST_F(VerifyTest, SeesALayerThatIsOff) {
+  const auto hills = [](int64_t x, int64_t y) { return roughGround(x, y, 1); };
+  buildFrom(FunctionSource({{1, 0, 0, 500, 500, hills}}, 1.5, 1.0), true);
+  const auto sound = verify();
+  ASSERT_TRUE(sound.ok()) << sound.error().message;
+  ASSERT_EQ(sound->faultCount, 0U) << sound->faults[0];
+  auto dataset = Dataset::open(directory_);
+  ASSERT_TRUE(dataset.ok());
+  Manifest manifest = dataset->manifest();
+  ASSERT_EQ(manifest.scale.layerCount, 3);
+  manifest.scale.layerErrors[0] = 6.0;
+  write(file("manifest.json"), manifestToJson(manifest));
+  expectFault("with the layers up to 0, a sample is off by");
+}
+
+TEST_F(VerifyTest, SeesALayerWithAChangedByte) {
+  const auto hills = [](int64_t x, int64_t y) { return roughGround(x, y, 1); };
+  buildFrom(FunctionSource({{1, 0, 0, 500, 500, hills}}, 1.5, 1.0), true);
+  std::string bytes = bytesOf(file("elevation-2.pmtiles"));
+  bytes[16384 + 40] = static_cast<char>(bytes[16384 + 40] ^ 1);
+  write(file("elevation-2.pmtiles"), bytes);
+  expectFault("layer 2: ");
 }
 
 TEST_F(VerifyTest, SeesAWrongCoverage) {

@@ -109,22 +109,6 @@ void checkShapes(const Tile& tile, const TileSamples* parent, int quadrant) {
   TERRANE_CHECK(tile.nodes.high.size() == nodes, "{} of {}", tile.nodes.high.size(), nodes);
 }
 
-/// The samples that both hold must be the same: the decoder takes them from the parent.
-void checkParent(const TileSamples& samples, const TileSamples& parent, int quadrant) {
-  const int firstX = (quadrant & 1) * (kTileCells / 2);
-  const int firstY = (quadrant >> 1) * (kTileCells / 2);
-  for (int y = 0; y <= kTileCells / 2; ++y) {
-    for (int x = 0; x <= kTileCells / 2; ++x) {
-      const size_t own = static_cast<size_t>(2 * y * kTileSamples + 2 * x);
-      const size_t parents = static_cast<size_t>((firstY + y) * kTileSamples + firstX + x);
-      TERRANE_CHECK(
-          samples.heights[own] == parent.heights[parents] && samples.states[own] == parent.states[parents],
-          "sample {}, {}: {} m, {} m in the parent", 2 * x, 2 * y, samples.heights[own],
-          parent.heights[parents]);
-    }
-  }
-}
-
 // -------------------------------------------------------------------------------------------- decoding
 
 Status readCorners(ByteReader& in, const ElevationScale& scale, TileSamples& samples) {
@@ -246,8 +230,13 @@ Result<Head> readHead(ByteReader& in, const TileSamples* parent, int quadrant, c
     tile.samples.states.assign(kTileSampleCount, usual);
     TERRANE_TRY(readCorners(in, scale, tile.samples));
   } else {
-    copyParentSamples(*parent, quadrant, usual, tile.samples);
+    if (parent->layerCount > 1)
+      copyParentSamples(samplesOfLayer(*parent, 0), quadrant, usual, tile.samples);
+    else
+      copyParentSamples(*parent, quadrant, usual, tile.samples);
   }
+  tile.samples.layerCount = 1;
+  tile.samples.layers.clear();
   return head;
 }
 
@@ -285,7 +274,14 @@ TileNodes widestNodes(const std::array<ChildSummary, 4>& children, const Elevati
 std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int quadrant,
                                 const ElevationScale& scale) {
   checkShapes(tile, parent, quadrant);
-  if (parent != nullptr) checkParent(tile.samples, *parent, quadrant);
+  if (tile.samples.layerCount > 1) {
+    Tile first = tile;
+    first.samples = samplesOfLayer(tile.samples, 0);
+    if (parent == nullptr) return encodeTile(first, nullptr, quadrant, scale);
+    const TileSamples above = samplesOfLayer(*parent, 0);
+    return encodeTile(first, &above, quadrant, scale);
+  }
+  if (parent != nullptr) checkParentSamples(tile.samples, *parent, quadrant);
   const bool isRoot = parent == nullptr;
 
   const OwnStates states = ownStatesOf(tile.samples.states, isRoot);
@@ -302,7 +298,7 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
   if (isRoot) writeCorners(tile.samples, scale, head);
   std::vector<uint8_t> out = head.take();
   for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2)
-    encodeLevel(tile.samples, s, states, scale, models.get(), out);
+    encodeLevel(tile.samples, s, 0, states, scale, models.get(), out);
   if (coverageMode == CoverageMode::Bitmap) encodeCoverage(tile.samples, out);
   encodeNodes(tile, scale, isRoot, out);
   sealPayload(out);
@@ -329,7 +325,7 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
   if (head.states.hasAnswers()) models = std::make_unique<SampleModels>();
   for (int s = coarsestHalfSize(isRoot); s >= 1; s /= 2) {
     const auto used =
-        decodeLevel(payload.subspan(in.offset()), s, head.states, scale, models.get(), tile.samples);
+        decodeLevel(payload.subspan(in.offset()), s, 0, head.states, scale, models.get(), tile.samples);
     if (!used.ok()) return makeError("at byte {}: {}", in.offset(), used.error().message);
     TERRANE_TRY(in.skip(*used));
   }
@@ -360,7 +356,7 @@ Result<Tile> decodeRootBeginning(std::span<const uint8_t> beginning, const Eleva
     size_t end = in.offset();
     if (!skipLevel(beginning, end, head.states).ok()) break;
     const auto used =
-        decodeLevel(beginning.subspan(in.offset()), s, head.states, scale, models.get(), tile.samples);
+        decodeLevel(beginning.subspan(in.offset()), s, 0, head.states, scale, models.get(), tile.samples);
     if (!used.ok()) return makeError("at byte {}: {}", in.offset(), used.error().message);
     TERRANE_TRY(in.skip(*used));
   }

@@ -131,6 +131,31 @@ void copyParentSamples(const TileSamples& parent, int quadrant, SampleState othe
   }
 }
 
+void checkParentSamples(const TileSamples& samples, const TileSamples& parent, int quadrant) {
+  const int firstX = (quadrant & 1) * (kTileCells / 2);
+  const int firstY = (quadrant >> 1) * (kTileCells / 2);
+  for (int y = 0; y <= kTileCells / 2; ++y) {
+    for (int x = 0; x <= kTileCells / 2; ++x) {
+      const size_t own = static_cast<size_t>(2 * y * kTileSamples + 2 * x);
+      const size_t parents = static_cast<size_t>((firstY + y) * kTileSamples + firstX + x);
+      TERRANE_CHECK(
+          samples.heights[own] == parent.heights[parents] && samples.states[own] == parent.states[parents],
+          "sample {}, {}: {} m, {} m in the parent", 2 * x, 2 * y, samples.heights[own],
+          parent.heights[parents]);
+    }
+  }
+}
+
+void interpolateOthers(int s, TileSamples& samples) {
+  const auto set = [&](int center, int endA, int endB, int, int) {
+    float* heights = samples.heights.data();
+    if (samples.states[static_cast<size_t>(center)] != SampleState::Coded)
+      heights[center] = (heights[endA] + heights[endB]) * 0.5F;
+  };
+  visitQuadCenters(s, set);
+  visitEdgeCenters(s, set);
+}
+
 void interpolateHeights(int s, std::vector<float>& heights) {
   if (s == 1) return interpolateFinestHeights(heights.data());
   const auto setMean = [&](int center, int endA, int endB, int, int) {
@@ -156,10 +181,25 @@ void interpolateLevel(int s, TileSamples& samples) {
   });
 }
 
+void copyParentLayers(const TileSamples& parent, int quadrant, TileSamples& child) {
+  const int firstX = (quadrant & 1) * (kTileCells / 2);
+  const int firstY = (quadrant >> 1) * (kTileCells / 2);
+  for (int y = 0; y <= kTileCells / 2; ++y) {
+    const auto from = static_cast<size_t>((firstY + y) * kTileSamples + firstX);
+    uint8_t* to = child.layers.data() + 2 * y * kTileSamples;
+    for (size_t x = 0; x <= kHalf; ++x) to[2 * x] = static_cast<uint8_t>(parent.layerAt(from + x));
+  }
+}
+
 TileSamples interpolateSamples(const TileSamples& parent, int quadrant) {
   TileSamples child;
   copyParentSamples(parent, quadrant, SampleState::Interpolated, child);
   child.coverage = doubleCoverage(parent.coverage, quadrant);
+  child.layerCount = parent.layerCount;
+  if (!parent.layers.empty()) {
+    child.layers.assign(kTileSampleCount, 0);
+    copyParentLayers(parent, quadrant, child);
+  }
 
   interpolateLevel(1, child);
   return child;

@@ -8,6 +8,7 @@
 #include "find_relief.h"
 #include "mesh_lattice.h"
 #include "terrane/base/check.h"
+#include "terrane/codec/elevation_codec.h"
 #include "terrane/tiling/node_layout.h"
 
 namespace terrane {
@@ -19,8 +20,12 @@ constexpr int kBlockCells = 16;
 constexpr int kBlocks = kTileCells / kBlockCells;
 /// However wrong the samples are, meshes may leave them by this share of the bound.
 constexpr double kLeastShare = 0.75;
+/// Samples may be so far from where all layers of significance have them, in bounds of the meshes.
+constexpr double kLayerShare = 0.6;
 /// Chords along sides may leave the samples by this share of the next level's bound.
 constexpr double kShareAlongSides = 0.7;
+/// The same where the next level is made of more layers of significance, so that these are off by more.
+constexpr double kLeastAlongSides = 0.15;
 /// A patch's bound, in spacings, is as many times the ground's roughness, within limits.
 constexpr double kBoundOfRoughness = 5.0;
 constexpr double kLeastBound = 0.5;
@@ -34,7 +39,9 @@ struct Blocks {
   std::array<double, kBlocks * kBlocks> tolerance{};
 };
 
-Blocks blocksOf(TileId id, const Tile& tile, double bound, double least, const ElevationScale& scale) {
+/// `offset`: see MeshScale::layerOffset().
+Blocks blocksOf(TileId id, const Tile& tile, double offset, double bound, double least,
+                const ElevationScale& scale) {
   Blocks out;
   for (int row = 0; row < kBlocks; ++row) {
     for (int col = 0; col < kBlocks; ++col) {
@@ -42,7 +49,7 @@ Blocks blocksOf(TileId id, const Tile& tile, double bound, double least, const E
       const int node =
           nodeIndex(kNodeLevels - 1, col * kBlockCells + half, row * kBlockCells + half, id.isRoot());
       const auto at = static_cast<size_t>(row * kBlocks + col);
-      out.error[at] = scale.errorFromCode(tile.nodes.error[static_cast<size_t>(node)]);
+      out.error[at] = scale.errorFromCode(tile.nodes.error[static_cast<size_t>(node)]) + offset;
       out.tolerance[at] = std::max(bound - out.error[at], least);
     }
   }
@@ -86,8 +93,8 @@ class AlongRows {
   std::array<float, kTileSamples> row_{};
 };
 
-HeightBand bandOf(const Tile& tile, const Blocks& blocks, bool isFinest) {
-  const std::vector<float>& heights = tile.samples.heights;
+HeightBand bandOf(const TileSamples& samples, const Blocks& blocks, bool isFinest) {
+  const std::vector<float>& heights = samples.heights;
   const double least = *std::min_element(blocks.tolerance.begin(), blocks.tolerance.end());
   // note: a little less, for what floats round.
   HeightBand out{heights, heights, static_cast<float>(0.999 * least)};
@@ -101,7 +108,7 @@ HeightBand bandOf(const Tile& tile, const Blocks& blocks, bool isFinest) {
       high[x] += tolerance[x];
     }
   }
-  const std::vector<uint8_t> measured = measuredSamples(tile.samples, isFinest);
+  const std::vector<uint8_t> measured = measuredSamples(samples, isFinest);
   for (size_t i = 0; i < measured.size(); ++i)
     if (measured[i] == 0) out.low[i] = out.high[i] = std::numeric_limits<float>::quiet_NaN();
   return out;
@@ -121,8 +128,8 @@ double errorWithin(const PatchCorners& corners, const Blocks& blocks) {
 }
 
 /// How far a surface may be off the source at each measured sample; 0 elsewhere.
-std::vector<float> errorsOf(std::span<const float> surface, const Tile& tile, const HeightBand& band,
-                            const Blocks& blocks) {
+std::vector<float> errorsOf(std::span<const float> surface, std::span<const float> heights,
+                            const HeightBand& band, const Blocks& blocks) {
   std::vector<float> out(surface.size());
   AlongRows own(blocks.error, [](double a, double b) { return std::max(a, b); });
   for (int y = 0; y < kTileSamples; ++y) {
@@ -130,7 +137,7 @@ std::vector<float> errorsOf(std::span<const float> surface, const Tile& tile, co
     const auto first = static_cast<size_t>(y * kTileSamples);
     for (size_t x = 0; x < kTileSamples; ++x) {
       const size_t at = first + x;
-      const float off = std::abs(surface[at] - tile.samples.heights[at]) + error[x];
+      const float off = std::abs(surface[at] - heights[at]) + error[x];
       out[at] = std::isnan(band.low[at]) ? 0.0F : off;
     }
   }
@@ -166,6 +173,14 @@ void addOthers(ReliefFinder& relief, const PatchMesh& mesh) {
   }
 }
 
+/// How far chords along a level's legs may leave its samples: the next level has them as hypotenuses.
+double alongSides(int bintreeLevel, const MeshScale& meshScale) {
+  const double next = meshScale.boundMeters(bintreeLevel + 1);
+  const double moved = meshScale.layerOffsets[static_cast<size_t>(meshScale.layerOf(bintreeLevel))] -
+                       meshScale.layerOffsets[static_cast<size_t>(meshScale.layerOf(bintreeLevel + 1))];
+  return std::max(kShareAlongSides * next - moved, kLeastAlongSides * next);
+}
+
 std::vector<uint8_t> unpacked(std::span<const uint8_t> bits) {
   std::vector<uint8_t> out(kTileSampleCount);
   for (size_t i = 0; i < out.size(); ++i) out[i] = bits[i / 8] >> (i % 8) & 1U;
@@ -185,6 +200,10 @@ MeshScale MeshScale::of(const Frame& frame, const ElevationScale& scale) {
   out.boundSpacings = std::clamp(kBoundOfRoughness * scale.roughness, kLeastBound, kLargestBound);
   out.spacingMeters = std::max(frame.spacingXMeters(), frame.spacingYMeters());
   out.finestLevel = frame.finestLevel;
+  out.layerCount = scale.layerCount;
+  out.sampleErrorMeters = scale.sampleError;
+  for (int layer = 0; layer < scale.layerCount; ++layer)
+    out.layerOffsets[static_cast<size_t>(layer)] = scale.layerOffset(layer);
   return out;
 }
 
@@ -195,6 +214,22 @@ double MeshScale::boundMeters(int bintreeLevel) const {
   return boundSpacings * spacingMeters * std::exp2(0.5 * (finest - bintreeLevel));
 }
 
+int MeshScale::layerOf(int bintreeLevel) const {
+  // note: the last level but one gives the deepest sides, on which all samples count.
+  const double most = bintreeLevel + 1 < deepestLevel() ? kLayerShare * boundMeters(bintreeLevel) : 0.0;
+  const bool isFinest = bintreeLevel >= 2 * finestLevel + firstLevel(finestLevel == 0);
+  int layer = 0;
+  while (layer + 1 < layerCount && layerOffset(layer, isFinest) > most) ++layer;
+  return layer;
+}
+
+double MeshScale::leastStatedMeters(int bintreeLevel) const {
+  const double bound = boundMeters(bintreeLevel);
+  const bool isFinest = bintreeLevel >= 2 * finestLevel + firstLevel(finestLevel == 0);
+  const int layer = layerOf(bintreeLevel);
+  return std::max(bound, sampleErrorMeters + layerOffset(layer, isFinest) + kLeastShare * bound);
+}
+
 double statedErrorOver(int quadrant, TileId id, const Tile& tile, int level, const MeshScale& meshScale,
                        const ElevationScale& scale) {
   constexpr int kHalf = kBlocks / 2;
@@ -203,8 +238,11 @@ double statedErrorOver(int quadrant, TileId id, const Tile& tile, int level, con
   uint8_t most = 0;
   for (int row = 0; row < kHalf; ++row)
     most = std::max(most, *std::max_element(codes + row * kBlocks, codes + row * kBlocks + kHalf));
-  const double bound = meshScale.boundMeters(level + 2 * id.level);
-  return std::max(bound, scale.errorFromCode(most) + kLeastShare * bound);
+  const int bintreeLevel = level + 2 * id.level;
+  const double bound = meshScale.boundMeters(bintreeLevel);
+  const double offset =
+      meshScale.layerOffset(meshScale.layerOf(bintreeLevel), id.level == meshScale.finestLevel);
+  return std::max(bound, scale.errorFromCode(most) + offset + kLeastShare * bound);
 }
 
 MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel* before,
@@ -216,19 +254,26 @@ MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel*
   const double exact = kExactSpacings * meshScale.spacingMeters;
   const int bintreeLevel = level + 2 * id.level;
   const double bound = meshScale.boundMeters(bintreeLevel);
-  const Blocks blocks = blocksOf(id, tile, bound, std::max(kLeastShare * bound, exact), scale);
-  const HeightBand band = bandOf(tile, blocks, id.level == meshScale.finestLevel);
+  const int layer = meshScale.layerOf(bintreeLevel);
+  TERRANE_CHECK(layer < tile.samples.layerCount, "mesh level {} of tile {} wants layer {} of {}", level,
+                toString(id), layer, tile.samples.layerCount);
+  TileSamples room;
+  if (layer + 1 < tile.samples.layerCount) room = samplesOfLayer(tile.samples, layer);
+  const TileSamples& samples = layer + 1 < tile.samples.layerCount ? room : tile.samples;
+  const double offset = meshScale.layerOffset(layer, id.level == meshScale.finestLevel);
+  const Blocks blocks = blocksOf(id, tile, offset, bound, std::max(kLeastShare * bound, exact), scale);
+  const HeightBand band = bandOf(samples, blocks, id.level == meshScale.finestLevel);
 
   std::vector<uint8_t> inherited;
   if (before != nullptr) {
     inherited = unpacked(before->chosen);
     if (level == meshScale.firstLevel(id.isRoot())) inherited = inheritedVertices(inherited, id.quadrant());
   }
-  const std::vector<float>& heights = tile.samples.heights;
-  MeshLevelRule rule{level, kTileCells, kShareAlongSides * meshScale.boundMeters(bintreeLevel + 1)};
+  const std::vector<float>& heights = samples.heights;
+  MeshLevelRule rule{level, kTileCells, alongSides(bintreeLevel, meshScale)};
   const int served = std::min(meshScale.grid.tileLevel(bintreeLevel), meshScale.finestLevel);
   rule.borderSquare = kTileCells >> std::max(served - id.level, 0);
-  const std::vector<uint8_t> vertices = chooseMeshVertices(tile.samples, band, inherited, rule);
+  const std::vector<uint8_t> vertices = chooseMeshVertices(samples, band, inherited, rule);
   const bool centerFalls = (id.col + id.row) % 2 == 0;
   const std::vector<float> coarse =
       before == nullptr ? heights : meshSurface(heights, inherited, level - 1, centerFalls);
@@ -238,7 +283,7 @@ MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel*
   out.centerFalls = centerFalls;
   // The vertices' surfaces are the meshes' but for what makePatchMesh() makes otherwise.
   ReliefFinder relief(meshSurface(heights, vertices, level, centerFalls), coarse, level);
-  const std::vector<float> startErrors = errorsOf(coarse, tile, band, blocks);
+  const std::vector<float> startErrors = errorsOf(coarse, heights, band, blocks);
   const int count = patchCount(level);
   out.patches.reserve(static_cast<size_t>(count));
   for (int i = 0; i < count; ++i) {

@@ -16,6 +16,15 @@ size_t rowOfQuadrant(int quadrant, int row) {
   return static_cast<size_t>((y + row) * kTileSamples + x);
 }
 
+/// What is wrong with layers of significance that came packed, if anything is.
+void requireLayers(Unpacker& unpacker, const TileSamples& samples) {
+  unpacker.require(samples.layerCount >= 1 && samples.layerCount <= ElevationScale::kMostLayers,
+                   "another number of layers");
+  unpacker.require(std::all_of(samples.layers.begin(), samples.layers.end(),
+                               [](uint8_t layer) { return layer < ElevationScale::kMostLayers; }),
+                   "a sample of no layer");
+}
+
 }  // namespace
 
 void pack(Packer& packer, const Coverage& coverage) {
@@ -33,16 +42,23 @@ Coverage unpackCoverage(Unpacker& unpacker) {
 }
 
 void pack(Packer& packer, const TileSamples& samples) {
-  packer.reserve(kTileSampleCount * (sizeof(float) + sizeof(SampleState)) + Coverage::kBytes + 64);
+  packer.reserve(kTileSampleCount * (sizeof(float) + sizeof(SampleState)) + samples.layers.size() +
+                 Coverage::kBytes + 64);
   packer.array(samples.heights);
   packer.array(samples.states);
   pack(packer, samples.coverage);
+  packer.value(static_cast<int32_t>(samples.layerCount));
+  packer.array(samples.layers);
 }
 TileSamples unpackSamples(Unpacker& unpacker) {
   TileSamples out;
   out.heights = unpacker.array<float>(kTileSampleCount);
   out.states = unpacker.array<SampleState>(kTileSampleCount);
   out.coverage = unpackCoverage(unpacker);
+  out.layerCount = unpacker.value<int32_t>();
+  out.layers = unpacker.array<uint8_t>();
+  unpacker.require(out.layers.empty() || out.layers.size() == kTileSampleCount, "layers of another size");
+  requireLayers(unpacker, out);
   return out;
 }
 
@@ -50,13 +66,18 @@ void packQuadrant(Packer& packer, const TileSamples& parent, int quadrant) {
   TERRANE_CHECK(parent.heights.size() == kTileSampleCount && parent.states.size() == kTileSampleCount &&
                     quadrant >= 0 && quadrant < 4,
                 "{} heights, {} states, quadrant {}", parent.heights.size(), parent.states.size(), quadrant);
-  packer.reserve(kQuadrantSide * kQuadrantSide * (sizeof(float) + sizeof(SampleState)) + Coverage::kBytes +
-                 64);
+  packer.reserve(kQuadrantSide * kQuadrantSide * (sizeof(float) + sizeof(SampleState) + sizeof(uint8_t)) +
+                 Coverage::kBytes + 64);
   for (int row = 0; row < kQuadrantSide; ++row)
     packer.elements(parent.heights.data() + rowOfQuadrant(quadrant, row), kQuadrantSide);
   for (int row = 0; row < kQuadrantSide; ++row)
     packer.elements(parent.states.data() + rowOfQuadrant(quadrant, row), kQuadrantSide);
   pack(packer, parent.coverage);
+  packer.value(static_cast<int32_t>(parent.layerCount));
+  packer.value(static_cast<uint8_t>(parent.layers.empty() ? 0 : 1));
+  if (parent.layers.empty()) return;
+  for (int row = 0; row < kQuadrantSide; ++row)
+    packer.elements(parent.layers.data() + rowOfQuadrant(quadrant, row), kQuadrantSide);
 }
 TileSamples unpackQuadrant(Unpacker& unpacker, int quadrant) {
   TileSamples out;
@@ -69,12 +90,19 @@ TileSamples unpackQuadrant(Unpacker& unpacker, int quadrant) {
   for (int row = 0; row < kQuadrantSide; ++row)
     unpacker.elements(out.states.data() + rowOfQuadrant(quadrant, row), kQuadrantSide);
   out.coverage = unpackCoverage(unpacker);
+  out.layerCount = unpacker.value<int32_t>();
+  if (unpacker.value<uint8_t>() != 0) {
+    out.layers.resize(kTileSampleCount);
+    for (int row = 0; row < kQuadrantSide; ++row)
+      unpacker.elements(out.layers.data() + rowOfQuadrant(quadrant, row), kQuadrantSide);
+  }
+  requireLayers(unpacker, out);
   return out;
 }
 
 void pack(Packer& packer, const Tile& tile) {
-  packer.reserve(kTileSampleCount * (sizeof(float) + sizeof(SampleState)) + Coverage::kBytes +
-                 tile.nodes.error.size() * 6 + 256);
+  packer.reserve(kTileSampleCount * (sizeof(float) + sizeof(SampleState)) + tile.samples.layers.size() +
+                 Coverage::kBytes + tile.nodes.error.size() * 6 + 256);
   pack(packer, tile.samples);
   packer.array(tile.nodes.error);
   packer.array(tile.nodes.largeError);

@@ -49,6 +49,7 @@ struct Scratch {
   std::vector<int32_t> residuals;
   std::vector<uint8_t> contexts;
   std::vector<uint8_t> counts;
+  std::vector<float> before;  ///< heights that layers before have
   VoidLevel voids;
   SparseLevel sparse;
 };
@@ -109,10 +110,11 @@ bool readShifts(SegmentReader& in, SpreadShifts& shifts) {
 /// Encodes one lattice level of a tile.
 class LevelEncoder {
  public:
-  LevelEncoder(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,
-               SampleModels* models)
+  LevelEncoder(const TileSamples& samples, int s, int layer, const OwnStates& states,
+               const ElevationScale& scale, SampleModels* models)
       : samples_(samples),
         s_(s),
+        layer_(layer),
         ownStates_(states),
         scale_(scale),
         models_(models),
@@ -161,11 +163,23 @@ class LevelEncoder {
       RowBits voids;
       const SampleState* states = samples_.states.data() + grid.indexOf(0, y);
       LevelStates::take(states, 2 * s_, grid.cols, coded, voids);
+      const RowBits known = knownIn(grid, y);
       if (ownStates_.anyCoded)
         scratch_.sparse.codeRow(answers_, models_->sparse, scratch_.predicted, scratch_.planes, y, voids,
-                                coded);
+                                layer_ > 0 ? &known : nullptr, coded);
       takeMisses(grid, y);
     }
+  }
+
+  /// What layers before say of a row.
+  RowBits knownIn(const Grid& grid, int y) const {
+    RowBits known;
+    for (int x = 0; layer_ > 0 && x < grid.cols; ++x)
+      if (isKnown(static_cast<size_t>(grid.indexOf(x, y)))) known.set(x);
+    return known;
+  }
+  bool isKnown(size_t index) const {
+    return layer_ > 0 && samples_.states[index] == SampleState::Coded && samples_.layerAt(index) < layer_;
   }
 
   /// First what will be said, then how best to say it.
@@ -206,7 +220,7 @@ class LevelEncoder {
       setMisses(scratch_.planes.of(grid.kind).row(y), scratch_.predicted, allEights(grid.cols), misses);
   }
 
-  /// The kind's step numbers into its plane, and which of them are coded.
+  /// The kind's step numbers into its plane, and which of them will be said.
   void takeValues(const Grid& grid) {
     SamplePlane& plane = scratch_.planes.of(grid.kind);
     scratch_.counts.resize(static_cast<size_t>(grid.rows * grid.cols));
@@ -220,9 +234,9 @@ class LevelEncoder {
       for (int x = 0; x < grid.cols; ++x) {
         const int at = first + 2 * x * s_;
         const bool isCoded = samples_.states[static_cast<size_t>(at)] == SampleState::Coded;
-        coded[x] = isCoded ? 1 : 0;
+        coded[x] = isCoded && !isKnown(static_cast<size_t>(at)) ? 1 : 0;
+        codedCount_ += coded[x];
         if (isCoded) {
-          ++codedCount_;
           const int32_t q = nearest[static_cast<size_t>(x)];
           const float height = samples_.heights[static_cast<size_t>(at)];
           const bool isExact = std::abs(q) <= kLargestInteger && scale_.heightFromInteger(q) == height;
@@ -252,6 +266,7 @@ class LevelEncoder {
 
   const TileSamples& samples_;
   int s_;
+  int layer_;
   OwnStates ownStates_;
   const ElevationScale& scale_;
   SampleModels* models_;
@@ -266,15 +281,17 @@ class LevelEncoder {
 /// Decodes one lattice level of a tile.
 class LevelDecoder {
  public:
-  LevelDecoder(int s, const OwnStates& states, const ElevationScale& scale, SampleModels* models,
+  LevelDecoder(int s, int layer, const OwnStates& states, const ElevationScale& scale, SampleModels* models,
                TileSamples& samples)
       : samples_(samples),
         s_(s),
+        layer_(layer),
         ownStates_(states),
         scale_(scale),
         models_(models),
         scratch_(scratchOfThread()) {
     if (states.hasVoidAnswers()) scratch_.voids.begin(s, samples.states.data());
+    if (layer > 0) scratch_.before = samples.heights;
     if (states.isSparse() || !states.anyCoded) interpolateHeights(s, samples.heights);
     if (!states.anyCoded) return;
     resizePlanes(scratch_.planes, kTileCells / (2 * s));
@@ -363,10 +380,15 @@ class LevelDecoder {
       RowBits voids;
       if (ownStates_.hasVoidAnswers())
         voids = scratch_.voids.codeRow(in.answers, models_->voids, grid, y, samples_.states.data());
-      RowBits coded;
-      outOfRange_ |= !scratch_.sparse.codeRow(in.answers, models_->sparse, scratch_.predicted,
-                                              scratch_.planes, y, voids, coded);
+      RowBits known;
+      if (layer_ > 0) takeKnown(grid, y, known, voids, values);
+      if (!scratch_.sparse.asks(y, known)) return false;
+      RowBits coded = known;
+      outOfRange_ |=
+          !scratch_.sparse.codeRow(in.answers, models_->sparse, scratch_.predicted, scratch_.planes, y, voids,
+                                   layer_ > 0 ? &known : nullptr, coded);
       setSamples(grid, y, coded, voids, values);
+      if (layer_ > 0) setLayers(grid, y, coded & ~known);
       if (int32_t* misses = missesRow(scratch_.planes, grid.kind, y); misses != nullptr && eights != 0)
         setMisses(values, scratch_.predicted, eights, misses);
     }
@@ -383,6 +405,27 @@ class LevelDecoder {
     }
     scratch_.planes.quadMisses.repeat();
   }
+  /// What layers before say of a row: which samples are void, which are Coded, and their step numbers.
+  void takeKnown(const Grid& grid, int y, RowBits& known, RowBits& voids, int32_t* values) {
+    const int first = grid.indexOf(0, y);
+    LevelStates::take(samples_.states.data() + first, 2 * s_, grid.cols, known, voids);
+    if (!known.any()) return;
+    std::array<int32_t, RowPrediction::kRoom> nearest;
+    stepsOf(scratch_.before.data() + first, 2 * s_, grid.cols, scale_, nearest.data());
+    known.forEach([&](int x) {
+      values[x] = stepOfKnown(scratch_.before[static_cast<size_t>(first + 2 * x * s_)],
+                              nearest[static_cast<size_t>(x)]);
+    });
+  }
+  int32_t stepOfKnown(float height, int32_t nearest) const {
+    const bool isExact = std::abs(nearest) <= kLargestInteger && scale_.heightFromInteger(nearest) == height;
+    return isExact ? nearest : integerOfCoded(height, scale_);
+  }
+  void setLayers(const Grid& grid, int y, const RowBits& news) {
+    uint8_t* layers = samples_.layers.data() + grid.indexOf(0, y);
+    news.forEach([&](int x) { layers[2 * x * s_] = static_cast<uint8_t>(layer_); });
+  }
+
   /// What samples of a sparse tile's row have, but for those that are interpolated.
   void setSamples(const Grid& grid, int y, const RowBits& coded, const RowBits& voids,
                   const int32_t* values) {
@@ -508,6 +551,7 @@ class LevelDecoder {
 
   TileSamples& samples_;
   int s_;
+  int layer_;
   OwnStates ownStates_;
   const ElevationScale& scale_;
   SampleModels* models_;
@@ -563,14 +607,14 @@ SampleState usualState(const OwnStates& states) {
   return states.anyCoded ? SampleState::Coded : SampleState::Void;
 }
 
-void encodeLevel(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,
-                 SampleModels* models, std::vector<uint8_t>& out) {
-  LevelEncoder(samples, s, states, scale, models).encode(out);
+void encodeLevel(const TileSamples& samples, int s, int layer, const OwnStates& states,
+                 const ElevationScale& scale, SampleModels* models, std::vector<uint8_t>& out) {
+  LevelEncoder(samples, s, layer, states, scale, models).encode(out);
 }
 
-Result<size_t> decodeLevel(std::span<const uint8_t> bytes, int s, const OwnStates& states,
+Result<size_t> decodeLevel(std::span<const uint8_t> bytes, int s, int layer, const OwnStates& states,
                            const ElevationScale& scale, SampleModels* models, TileSamples& samples) {
-  return LevelDecoder(s, states, scale, models, samples).decode(bytes);
+  return LevelDecoder(s, layer, states, scale, models, samples).decode(bytes);
 }
 
 }  // namespace terrane

@@ -39,16 +39,23 @@ struct SampleModels {
 };
 OwnStates ownStatesOf(const std::vector<SampleState>& states, bool isRoot);
 
-/// Appends the segments of a lattice level (half-size s): quad-centres, then edge-centres.
-void encodeLevel(const TileSamples& samples, int s, const OwnStates& states, const ElevationScale& scale,
-                 SampleModels* models, std::vector<uint8_t>& out);
+/// What a layer after the first says of a tile's samples: which of those that are not void are Coded, by
+/// answers. `closed`: see OwnStates.
+inline OwnStates refinedStates(bool closed) {
+  return {.anyVoid = false, .anyInterpolated = true, .anyCoded = true, .closed = closed};
+}
+
+/// Appends the segments of a lattice level (half-size s): quad-centres, then edge-centres. `layer`: 0, or
+/// which one after it; then `states` are refinedStates(), and what layers before code is not said again.
+void encodeLevel(const TileSamples& samples, int s, int layer, const OwnStates& states,
+                 const ElevationScale& scale, SampleModels* models, std::vector<uint8_t>& out);
 
 /// The state that a tile's own samples must have before they are decoded.
 SampleState usualState(const OwnStates& states);
 
 /// Reads them; the coarser samples must be there. Gives the number of bytes used. Errors are relative to
-/// `bytes`.
-Result<size_t> decodeLevel(std::span<const uint8_t> bytes, int s, const OwnStates& states,
+/// `bytes`. After the first layer, `samples` begin as the one before has them.
+Result<size_t> decodeLevel(std::span<const uint8_t> bytes, int s, int layer, const OwnStates& states,
                            const ElevationScale& scale, SampleModels* models, TileSamples& samples);
 
 /// The step number whose height a coded sample has.

@@ -255,7 +255,7 @@ TERRANE_INLINE int32_t codeResidual(Coder& coder, const Questions& questions, co
   return (size ^ -negative) + negative;
 }
 
-template <SampleKind kKind, class Coder>
+template <SampleKind kKind, bool kRefines, class Coder>
 bool codeRow(Coder& coder, SparseModels& models, const SparseRow& row, RowBits& coded) {
   const Around<kKind> around(row);
   // note: a coder of our own, of which nobody else knows, stays in registers.
@@ -267,6 +267,18 @@ bool codeRow(Coder& coder, SparseModels& models, const SparseRow& row, RowBits& 
   int lastResidual = 0;
   row.asked.forEach([&](int x) TERRANE_INLINE_LAMBDA {
     const auto at = static_cast<size_t>(x);
+    const auto remember = [&](int32_t residual) TERRANE_INLINE_LAMBDA {
+      last = x;
+      lastResidual = std::clamp(residual, -100, 100);
+      row.residuals[at] = static_cast<int16_t>(lastResidual);
+    };
+    if constexpr (kRefines) {
+      if (row.known->at(x)) {
+        remember(static_cast<int32_t>(static_cast<uint32_t>(values[x]) -
+                                      static_cast<uint32_t>(row.predicted.values[at])));
+        return;
+      }
+    }
     const int32_t bend = row.predicted.bend[at];
     const int westIsCoded = last == x - 1 ? 1 : 0;
     Surroundings a;
@@ -294,9 +306,7 @@ bool codeRow(Coder& coder, SparseModels& models, const SparseRow& row, RowBits& 
       values[x] = static_cast<int32_t>(expected + static_cast<uint32_t>(residual));
       outOfRange |= magnitude(values[x]) > kLargestInteger ? 1 : 0;
     }
-    last = x;
-    lastResidual = std::clamp(residual, -100, 100);
-    row.residuals[at] = static_cast<int16_t>(lastResidual);
+    remember(residual);
   });
   coder = std::move(own);
   return outOfRange == 0;
@@ -315,15 +325,18 @@ SparseModels::SparseModels() {
 
 template <class Coder>
 bool codeSparseRow(Coder& coder, SparseModels& models, const SparseRow& row, RowBits& coded) {
-  switch (row.kind) {
-    case SampleKind::QuadCenter:
-      return codeRow<SampleKind::QuadCenter>(coder, models, row, coded);
-    case SampleKind::HorizontalEdge:
-      return codeRow<SampleKind::HorizontalEdge>(coder, models, row, coded);
-    case SampleKind::VerticalEdge:
-      break;
-  }
-  return codeRow<SampleKind::VerticalEdge>(coder, models, row, coded);
+  const auto code = [&]<bool kRefines>() {
+    switch (row.kind) {
+      case SampleKind::QuadCenter:
+        return codeRow<SampleKind::QuadCenter, kRefines>(coder, models, row, coded);
+      case SampleKind::HorizontalEdge:
+        return codeRow<SampleKind::HorizontalEdge, kRefines>(coder, models, row, coded);
+      case SampleKind::VerticalEdge:
+        break;
+    }
+    return codeRow<SampleKind::VerticalEdge, kRefines>(coder, models, row, coded);
+  };
+  return row.known != nullptr ? code.template operator()<true>() : code.template operator()<false>();
 }
 template bool codeSparseRow(BinaryWriter& coder, SparseModels& models, const SparseRow& row, RowBits& coded);
 template bool codeSparseRow(BinaryReader& coder, SparseModels& models, const SparseRow& row, RowBits& coded);

@@ -49,6 +49,7 @@ struct SparseRow {
   SampleKind kind;
   int y;
   const RowBits& asked;  ///< of which samples it is said whether they are Coded
+  const RowBits* known;  ///< of these, those that are, as layers before say, with values; null: none
   const RowPrediction& predicted;
   const LevelStates& states;  ///< of the rows and passes before
   LevelPlanes& planes;        ///< values: the step numbers of Coded samples; the writer's are there
@@ -57,7 +58,8 @@ struct SparseRow {
 };
 
 /// Codes which samples of a row are Coded, and their values: the writer finds both there, the reader leaves
-/// them there. `coded`: nothing but samples that are asked about. False where a value is beyond
+/// them there; both find those of what is known. `coded`: nothing but samples that are asked about. False
+/// where a value is beyond
 /// +- kLargestInteger.
 template <class Coder>
 bool codeSparseRow(Coder& coder, SparseModels& models, const SparseRow& row, RowBits& coded);

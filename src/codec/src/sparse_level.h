@@ -26,18 +26,22 @@ class SparseLevel {
   /// edges knows of them.
   uint32_t eightsOfQuadMisses(int y) const;
 
-  /// Codes row y of the pass as codeSparseRow() does.
+  /// Would all of these samples of row y be asked about?
+  bool asks(int y, const RowBits& samples) const { return !(samples & ~askedIn(kind_, y)).any(); }
+
+  /// Codes row y of the pass as codeSparseRow() does; `coded` has what is known, too, which is all among what
+  /// would be asked about.
   template <class Coder>
   bool codeRow(Coder& coder, SparseModels& models, const RowPrediction& predicted, LevelPlanes& planes, int y,
-               const RowBits& voids, RowBits& coded) {
+               const RowBits& voids, const RowBits* known, RowBits& coded) {
     const RowBits asked = askedIn(kind_, y) & ~voids;
     RowResiduals& residuals = residuals_[static_cast<size_t>(y % 2)];
     const RowResiduals& north = residuals_[static_cast<size_t>(1 - y % 2)];
     bool isInRange = true;
     if (y > 1 && askedIn(kind_, y - 2).any()) residuals.fill(0);
     if (asked.any()) {
-      isInRange = codeSparseRow(coder, models,
-                                {kind_, y, asked, predicted, states_, planes, north, residuals}, coded);
+      isInRange = codeSparseRow(
+          coder, models, {kind_, y, asked, known, predicted, states_, planes, north, residuals}, coded);
     }
     states_.of(kind_).set(y, coded, voids);
     return isInRange;

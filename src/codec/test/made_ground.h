@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "terrane/codec/mesh_level.h"
+#include "terrane/tiling/lattice.h"
 
 namespace terrane {
 
@@ -25,6 +27,49 @@ class MadeGround {
         heights_[at(x, y)] = std::isnan(h) ? 0.0F : static_cast<float>(h);
       }
     }
+    visitFromCoarse([&](size_t center, size_t endA, size_t endB, const Diamond&) {
+      if (isVoid_[center] != 0) heights_[center] = (heights_[endA] + heights_[endB]) * 0.5F;
+    });
+  }
+
+  /// Divides the samples into layers of significance, one more than there are thresholds: those that leave
+  /// the mean of their ends by more than the first threshold, with their ancestors, come first. Returns for
+  /// each layer but the last how far its samples are from all of them.
+  std::vector<double> divide(const std::vector<double>& thresholds) {
+    const Lattice lattice(depth_);
+    layerCount_ = static_cast<int>(thresholds.size()) + 1;
+    layers_.assign(heights_.size(), static_cast<uint8_t>(thresholds.size()));
+    std::vector<Diamond> diamonds;
+    visitFromCoarse([&](size_t, size_t, size_t, const Diamond& d) { diamonds.push_back(d); });
+    for (size_t layer = thresholds.size(); layer-- > 0;) {
+      for (int y = 0; y <= side_; y += 16)
+        for (int x = 0; x <= side_; x += 16) layers_[at(x, y)] = 0;
+      for (auto d = diamonds.rbegin(); d != diamonds.rend(); ++d) {
+        const auto ends = lattice.hypotenuse(*d);
+        const size_t center = at(d->x, d->y);
+        const float mean = (heights_[at(ends[0].x, ends[0].y)] + heights_[at(ends[1].x, ends[1].y)]) * 0.5F;
+        const bool leaves = isVoid_[center] == 0 &&
+                            std::abs(static_cast<double>(heights_[center] - mean)) > thresholds[layer];
+        if (leaves) layers_[center] = std::min(layers_[center], static_cast<uint8_t>(layer));
+        if (layers_[center] > layer) continue;
+        for (const LatticePoint apex : lattice.apexes(*d)) {
+          uint8_t& above = layers_[at(apex.x, apex.y)];
+          above = std::min(above, layers_[center]);
+        }
+      }
+    }
+    std::vector<double> offsets;
+    for (size_t layer = 0; layer < thresholds.size(); ++layer) {
+      std::vector<float> heights = heights_;
+      double most = 0.0;
+      visitFromCoarse([&](size_t center, size_t endA, size_t endB, const Diamond&) {
+        if (isVoid_[center] != 0 || layers_[center] > layer)
+          heights[center] = (heights[endA] + heights[endB]) * 0.5F;
+        most = std::max(most, std::abs(static_cast<double>(heights[center] - heights_[center])));
+      });
+      offsets.push_back(most);
+    }
+    return offsets;
   }
 
   /// A tile whose nodes have random error codes, `mostCode` at most.
@@ -41,6 +86,13 @@ class MadeGround {
         out.samples.states[to] = isVoid_[from] != 0 ? SampleState::Void : SampleState::Coded;
       }
     }
+    if (!layers_.empty()) {
+      out.samples.layerCount = layerCount_;
+      for (int y = 0; y < kTileSamples; ++y)
+        for (int x = 0; x < kTileSamples; ++x)
+          out.samples.layers.push_back(
+              layers_[at((id.col * kTileCells + x) * step, (id.row * kTileCells + y) * step)]);
+    }
     out.samples.coverage.kind = Coverage::Kind::Full;
     const auto nodes = static_cast<size_t>(tileNodeCount(id.isRoot()));
     for (size_t i = 0; i < nodes; ++i)
@@ -49,6 +101,21 @@ class MadeGround {
   }
 
  private:
+  /// visit(center, end, end, diamond), indices, parents before children.
+  template <class Visit>
+  void visitFromCoarse(Visit&& visit) const {
+    const Lattice lattice(depth_);
+    std::vector<Diamond> diamonds;
+    for (int y = 0; y <= side_; ++y)
+      for (int x = 0; x <= side_; ++x)
+        if (x % side_ != 0 || y % side_ != 0) diamonds.push_back(lattice.diamondAt({x, y}));
+    std::stable_sort(diamonds.begin(), diamonds.end(),
+                     [](const Diamond& a, const Diamond& b) { return a.level < b.level; });
+    for (const Diamond& d : diamonds) {
+      const auto ends = lattice.hypotenuse(d);
+      visit(at(d.x, d.y), at(ends[0].x, ends[0].y), at(ends[1].x, ends[1].y), d);
+    }
+  }
   size_t at(int x, int y) const {
     return static_cast<size_t>(y) * static_cast<size_t>(side_ + 1) + static_cast<size_t>(x);
   }
@@ -56,6 +123,8 @@ class MadeGround {
   int side_;
   std::vector<float> heights_;
   std::vector<uint8_t> isVoid_;
+  int layerCount_ = 1;
+  std::vector<uint8_t> layers_;  ///< empty: all of the first
 };
 
 /// Ground of several kinds: rough, smooth, flat with a cliff, steps.

@@ -29,7 +29,15 @@ class MeshedWorld {
     scale_.errorUnit = 0.05;
     meshScale_.spacingMeters = spacingMeters;
     meshScale_.finestLevel = 1;
+    if (seed < kFirstInLayers) return;
+    const std::vector<double> offsets = ground_.divide({0.5 * spacingMeters, 0.1 * spacingMeters});
+    meshScale_.layerCount = static_cast<int>(offsets.size()) + 1;
+    std::copy(offsets.begin(), offsets.end(), meshScale_.layerOffsets.begin());
+    EXPECT_EQ(meshScale_.layerOf(meshScale_.deepestLevel()), meshScale_.layerCount - 1) << "seed " << seed;
+    EXPECT_LT(meshScale_.layerOf(2), meshScale_.layerCount - 1) << "seed " << seed;
   }
+  static constexpr unsigned kFirstInLayers = 10;
+
   MeshedTile root(int lastLevel) { return make({}, nullptr, lastLevel); }
   MeshedTile child(const MeshedTile& root, int quadrant, int lastLevel) {
     return make(TileId{}.child(quadrant), &root.levels.at(meshScale_.lastOwnLevel()), lastLevel);
@@ -445,6 +453,7 @@ TEST_P(MeshLevels, EndWithAllSamples) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Grounds, MeshLevels, ::testing::Range(0U, 10U));
+INSTANTIATE_TEST_SUITE_P(InLayers, MeshLevels, ::testing::Values(10U, 11U, 14U));
 
 }  // namespace
 }  // namespace terrane

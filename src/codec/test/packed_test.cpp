@@ -87,6 +87,67 @@ TEST(Packed, TilesOfAllCoverages) {
   EXPECT_EQ(seen, 7) << "none, full and partial";
 }
 
+TEST(Packed, LayersOfSignificance) {
+  std::mt19937 random(14);
+  const ElevationScale scale{.heightStep = 0.25};
+  TileSamples samples = randomTile({}, nullptr, scale, {.voidShare = 0.1}, random).samples;
+  samples.layerCount = 3;
+  samples.layers.resize(kTileSampleCount);
+  for (uint8_t& layer : samples.layers) layer = static_cast<uint8_t>(random() % 3);
+  const TileSamples out = travelled(samples, unpackSamples, random);
+  EXPECT_EQ(out.layerCount, samples.layerCount);
+  EXPECT_EQ(out.layers, samples.layers);
+
+  const auto packedQuadrant = [](const TileSamples& parent, int quadrant) {
+    Packer packer;
+    packQuadrant(packer, parent, quadrant);
+    return packer.take();
+  };
+  for (int quadrant = 0; quadrant < 4; ++quadrant) {
+    const std::vector<uint8_t> bytes = packedQuadrant(samples, quadrant);
+    Unpacker unpacker(bytes);
+    const TileSamples part = unpackQuadrant(unpacker, quadrant);
+    ASSERT_TRUE(unpacker.status().ok());
+    EXPECT_EQ(part.layerCount, samples.layerCount);
+    ASSERT_EQ(part.layers.size(), samples.layers.size());
+    for (int y = 0; y <= kTileCells / 2; ++y)
+      for (int x = 0; x <= kTileCells / 2; ++x) {
+        const auto at = static_cast<size_t>((y + (quadrant >> 1) * kTileCells / 2) * kTileSamples + x +
+                                            (quadrant & 1) * kTileCells / 2);
+        ASSERT_EQ(part.layers[at], samples.layers[at]);
+      }
+    for (size_t size = 0; size < bytes.size(); size += 499) {
+      Unpacker cut(std::span<const uint8_t>(bytes).first(size));
+      unpackQuadrant(cut, quadrant);
+      EXPECT_FALSE(cut.status().ok());
+    }
+  }
+
+  // Layers that there are not, and too few of their numbers.
+  const auto expectRefused = [&](const TileSamples& wrong) {
+    const std::vector<uint8_t> whole = packed(wrong);
+    Unpacker unpacker(whole);
+    unpackSamples(unpacker);
+    EXPECT_FALSE(unpacker.status().ok());
+    if (wrong.layers.size() != kTileSampleCount) return;
+    const std::vector<uint8_t> part = packedQuadrant(wrong, 3);
+    Unpacker ofPart(part);
+    unpackQuadrant(ofPart, 3);
+    EXPECT_FALSE(ofPart.status().ok());
+  };
+  for (const int count : {-1, 0, ElevationScale::kMostLayers + 1}) {
+    TileSamples wrong = samples;
+    wrong.layerCount = count;
+    expectRefused(wrong);
+  }
+  TileSamples wrong = samples;
+  wrong.layers.back() = ElevationScale::kMostLayers;
+  expectRefused(wrong);
+  wrong = samples;
+  wrong.layers.pop_back();
+  expectRefused(wrong);
+}
+
 TEST(Packed, MeshLevels) {
   std::mt19937 random(12);
   for (unsigned kind = 0; kind < 5; ++kind) {

@@ -12,7 +12,6 @@ namespace terrane {
 namespace {
 
 constexpr const char* kManifest = "manifest.json";
-constexpr const char* kElevationArchive = "elevation.pmtiles";
 
 std::string pathIn(const std::string& directory, const std::string& name) {
   return (std::filesystem::path(directory) / name).string();
@@ -21,12 +20,12 @@ std::string pathIn(const std::string& directory, const std::string& name) {
 }  // namespace
 
 struct Dataset::State {
-  State(std::shared_ptr<ByteSource> from, Manifest read, PmtilesReader opened)
-      : source(std::move(from)), manifest(std::move(read)), elevation(std::move(opened)) {}
+  State(std::shared_ptr<ByteSource> from, Manifest read)
+      : source(std::move(from)), manifest(std::move(read)) {}
   std::shared_ptr<ByteSource> source;
   Manifest manifest;
-  PmtilesReader elevation;
-  std::vector<PmtilesReader> imagery;  ///< a layer
+  std::vector<PmtilesReader> elevation;  ///< a layer of significance
+  std::vector<PmtilesReader> imagery;    ///< a layer
   mutable std::atomic<uint64_t> bytesRead{0};
 
   template <class Payload>
@@ -43,6 +42,11 @@ struct Dataset::State {
   const PmtilesReader& layer(size_t index) const {
     TERRANE_CHECK(index < imagery.size(), "layer {} of {}", index, imagery.size());
     return imagery[index];
+  }
+  const PmtilesReader& elevationLayer(int index) const {
+    TERRANE_CHECK(index >= 0 && static_cast<size_t>(index) < elevation.size(), "layer {} of {}", index,
+                  elevation.size());
+    return elevation[static_cast<size_t>(index)];
   }
 };
 
@@ -83,13 +87,18 @@ Result<Dataset> Dataset::open(std::shared_ptr<ByteSource> source) {
                        reader.tileCount(), tiles);
     return reader;
   };
-  TERRANE_ASSIGN(PmtilesReader elevation, openArchive(kElevationArchive, manifest.tileCount));
+  std::vector<PmtilesReader> elevation;
+  for (int layer = 0; layer < manifest.scale.layerCount; ++layer) {
+    TERRANE_ASSIGN(PmtilesReader reader, openArchive(elevationArchiveName(layer), manifest.tileCount));
+    elevation.push_back(std::move(reader));
+  }
   std::vector<PmtilesReader> imagery;
   for (const ImageryLayerRecord& layer : manifest.imagery) {
     TERRANE_ASSIGN(PmtilesReader reader, openArchive(layer.archive, layer.tileCount));
     imagery.push_back(std::move(reader));
   }
-  auto state = std::make_unique<State>(std::move(source), std::move(manifest), std::move(elevation));
+  auto state = std::make_unique<State>(std::move(source), std::move(manifest));
+  state->elevation = std::move(elevation);
   state->imagery = std::move(imagery);
   return Dataset(std::move(state));
 }
@@ -106,12 +115,32 @@ const std::string& Dataset::directory() const {
   return state_->source->where();
 }
 
-Result<std::optional<std::vector<uint8_t>>> Dataset::readElevation(TileId id) const {
-  return state_->counted(state_->elevation.read(id));
+Result<std::optional<std::vector<uint8_t>>> Dataset::readElevation(int layer, TileId id) const {
+  return state_->counted(state_->elevationLayer(layer).read(id));
 }
 Result<std::vector<std::optional<std::vector<uint8_t>>>> Dataset::readElevation(
-    std::span<const TileId> ids) const {
-  return state_->counted(state_->elevation.read(ids));
+    int layer, std::span<const TileId> ids) const {
+  return state_->counted(state_->elevationLayer(layer).read(ids));
+}
+Result<std::optional<TilePayloads>> Dataset::readAllLayers(TileId id) const {
+  TERRANE_ASSIGN(std::vector<std::optional<TilePayloads>> read, readAllLayers(std::span(&id, 1)));
+  return std::move(read[0]);
+}
+Result<std::vector<std::optional<TilePayloads>>> Dataset::readAllLayers(std::span<const TileId> ids) const {
+  std::vector<std::optional<TilePayloads>> out(ids.size());
+  for (int layer = 0; layer < state_->manifest.scale.layerCount; ++layer) {
+    TERRANE_ASSIGN(auto payloads, readElevation(layer, ids));
+    for (size_t i = 0; i < ids.size(); ++i) {
+      if (layer == 0 && payloads[i]) out[i].emplace();
+      if (payloads[i].has_value() != out[i].has_value()) {
+        return makeError("{}: tile {} is {} the layer before; build the dataset again",
+                         state_->source->where(elevationArchiveName(layer)), toString(ids[i]),
+                         payloads[i] ? "here and not in" : "not here, but in");
+      }
+      if (payloads[i]) out[i]->push_back(std::move(*payloads[i]));
+    }
+  }
+  return out;
 }
 Result<std::optional<std::vector<uint8_t>>> Dataset::readImagery(size_t layer, TileId id) const {
   return state_->counted(state_->layer(layer).read(id));
@@ -125,7 +154,7 @@ std::vector<TileId> Dataset::imageryTiles(size_t layer) const {
 }
 
 std::vector<TileId> Dataset::elevationTiles() const {
-  return state_->elevation.tiles();
+  return state_->elevation[0].tiles();
 }
 uint64_t Dataset::bytesRead() const {
   return state_->bytesRead;

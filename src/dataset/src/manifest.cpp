@@ -16,9 +16,10 @@ using Json = nlohmann::ordered_json;
 constexpr std::string_view kSealMember = "\"manifestSha256\": \"";
 constexpr size_t kSealDigits = 64;
 constexpr const char* kFormat = "terrane-dataset";
-constexpr const char* kElevationArchive = "elevation.pmtiles";
 constexpr const char* kElevationCodec = "terrane-elevation";
 constexpr int kElevationCodecVersion = 2;
+/// Of elevation in layers of significance: who knows nothing of them must not take the first for all.
+constexpr int kLayeredCodecVersion = 3;
 constexpr const char* kImageryCodec = "terrane-imagery";
 constexpr int kImageryCodecVersion = 1;
 constexpr size_t kMostImageryLayers = 256;
@@ -262,19 +263,59 @@ void readFrame(const MemberReader& members, Manifest& manifest) {
   extent.readInteger("rows", manifest.extentRows, 1, worldSamples);
 }
 
-void readElevation(const MemberReader& members, Manifest& manifest) {
+/// Which of the versions that are read is the codec's, and so whether the elevation is in layers.
+void readCodecVersion(const MemberReader& elevation, int& version) {
+  elevation.readInteger("codecVersion", version, 1, kLayeredCodecVersion);
+  if (version < kElevationCodecVersion)
+    elevation.fail("codecVersion", fmt::format("is {}, which this program no longer reads", version));
+  if (version == kLayeredCodecVersion) return;
+  for (const char* name : {"refinements", "layerErrorsMeters"})
+    if (elevation.has(name)) elevation.fail(name, fmt::format("is there in codec version {}", version));
+}
+
+/// The layers of significance after the first, and the bounds of all but the last.
+void readRefinements(const MemberReader& elevation, ElevationScale& scale, std::optional<Error>& error) {
+  constexpr size_t kMost = ElevationScale::kMostLayers - 1;
+  const Json& refinements = elevation.array("refinements", kMost);
+  if (refinements.empty()) elevation.fail("refinements", "is empty");
+  scale.layerCount = 1;
+  for (const Json& entry : refinements) {
+    const MemberReader json(
+        entry, fmt::format("{}[{}]", elevation.pathOf("refinements"), scale.layerCount - 1), error);
+    std::string archive;
+    json.read("archive", archive);
+    const std::string expected = elevationArchiveName(scale.layerCount);
+    if (archive != expected) json.fail("archive", fmt::format("is not \"{}\"", expected));
+    ++scale.layerCount;
+  }
+
+  const Json& bounds = elevation.array("layerErrorsMeters", kMost);
+  if (bounds.size() != refinements.size()) {
+    elevation.fail("layerErrorsMeters",
+                   fmt::format("has {} members for {} refinements", bounds.size(), refinements.size()));
+  }
+  if (error) return;
+  for (size_t i = 0; i < bounds.size(); ++i) {
+    const double bound = bounds[i].is_number() ? bounds[i].get<double>() : NAN;
+    if (!(bound > scale.sampleError && bound <= 1e9) || (i > 0 && !(bound < scale.layerErrors[i - 1])))
+      elevation.fail("layerErrorsMeters", "are not falling numbers above maxErrorMeters");
+    scale.layerErrors[i] = bound;
+  }
+  scale.layerErrors[bounds.size()] = scale.sampleError;
+}
+
+void readElevation(const MemberReader& members, Manifest& manifest, std::optional<Error>& error) {
   ElevationScale& scale = manifest.scale;
   const MemberReader json = members.object("layers").object("elevation");
   std::string archive;
   std::string codec;
   int codecVersion = 0;
   json.read("archive", archive);
-  if (archive != kElevationArchive) json.fail("archive", fmt::format("is not \"{}\"", kElevationArchive));
+  if (archive != elevationArchiveName(0))
+    json.fail("archive", fmt::format("is not \"{}\"", elevationArchiveName(0)));
   json.read("codec", codec);
   if (codec != kElevationCodec) json.fail("codec", fmt::format("is not \"{}\"", kElevationCodec));
-  json.readInteger("codecVersion", codecVersion, 1, kElevationCodecVersion);
-  if (codecVersion < kElevationCodecVersion)
-    json.fail("codecVersion", fmt::format("is {}, which this program no longer reads", codecVersion));
+  readCodecVersion(json, codecVersion);
   json.read("heightStep", scale.heightStep, 1e-9, 1e6);
   json.read("heightOffset", scale.heightOffset, -1e9, 1e9);
   json.read("errorUnit", scale.errorUnit, 1e-12, 1e9);
@@ -288,6 +329,18 @@ void readElevation(const MemberReader& members, Manifest& manifest) {
   json.read("coveredCells", manifest.coveredCells, 0.0, 1e18);
   if (json.has("roughness")) json.read("roughness", scale.roughness, 0.0, 1e9);
   if (json.has("zeroShare")) json.read("zeroShare", manifest.zeroShare.emplace(), 0.0, 1.0);
+  if (codecVersion == kLayeredCodecVersion) readRefinements(json, scale, error);
+}
+
+/// The version of the elevation's codec where it is one that only newer programs read.
+std::optional<int> newerCodecVersion(const Json& json) {
+  std::optional<Error> ignored;
+  int version = 0;
+  MemberReader(json, "", ignored)
+      .object("layers")
+      .object("elevation")
+      .readInteger("codecVersion", version, kLayeredCodecVersion + 1, INT32_MAX);
+  return version > kLayeredCodecVersion ? std::optional(version) : std::nullopt;
 }
 
 }  // namespace
@@ -297,6 +350,19 @@ bool isImageryName(const std::string& name) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
   };
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), isFine);
+}
+
+std::string elevationArchiveName(int layer) {
+  return layer == 0 ? "elevation.pmtiles" : fmt::format("elevation-{}.pmtiles", layer);
+}
+
+uint64_t elevationBytes(const Manifest& manifest) {
+  uint64_t sum = 0;
+  for (const ArchiveRecord& archive : manifest.archives) {
+    for (int layer = 0; layer < manifest.scale.layerCount; ++layer)
+      if (archive.name == elevationArchiveName(layer)) sum += archive.bytes;
+  }
+  return sum;
 }
 
 std::string imageryArchiveName(const std::string& layerName) {
@@ -351,9 +417,9 @@ std::string manifestToJson(const Manifest& manifest) {
       {"extent", {{"cols", manifest.extentCols}, {"rows", manifest.extentRows}}},
       {"layers",
        {{"elevation",
-         {{"archive", kElevationArchive},
+         {{"archive", elevationArchiveName(0)},
           {"codec", kElevationCodec},
-          {"codecVersion", kElevationCodecVersion},
+          {"codecVersion", scale.layerCount > 1 ? kLayeredCodecVersion : kElevationCodecVersion},
           {"heightStep", scale.heightStep},
           {"heightOffset", scale.heightOffset},
           {"errorUnit", scale.errorUnit},
@@ -373,6 +439,11 @@ std::string manifestToJson(const Manifest& manifest) {
       {"manifestSha256", std::string(kSealDigits, '0')},
   };
   if (manifest.zeroShare) json["layers"]["elevation"]["zeroShare"] = *manifest.zeroShare;
+  for (int layer = 1; layer < scale.layerCount; ++layer) {
+    Json& elevation = json["layers"]["elevation"];
+    elevation["refinements"].push_back({{"archive", elevationArchiveName(layer)}});
+    elevation["layerErrorsMeters"].push_back(scale.layerErrors[static_cast<size_t>(layer) - 1]);
+  }
   for (const ImageryLayerRecord& layer : manifest.imagery)
     json["layers"]["imagery"].push_back(imageryToJson(layer));
   // File names need not be UTF-8, JSON must be.
@@ -410,13 +481,19 @@ Result<Manifest> manifestFromJson(const std::string& text, const std::string& wh
         where);
   }
 
+  // Nor can elevation be judged that another codec made.
+  if (const auto version = newerCodecVersion(json)) {
+    return makeError("{}: has elevation of codec version {}, this program reads {}: update Terrane", where,
+                     *version, kLayeredCodecVersion);
+  }
+
   members.read("name", manifest.name);
   const MemberReader crs = members.object("crs");
   crs.read("name", manifest.crsName);
   crs.read("wkt", manifest.crsWkt);
   crs.read("verticalDatum", manifest.verticalDatum);
   readFrame(members, manifest);
-  readElevation(members, manifest);
+  readElevation(members, manifest, error);
   readImagery(members.object("layers"), manifest.imagery, error);
   members.read("attribution", manifest.attribution);
   readInputs(members, manifest.inputs, error);

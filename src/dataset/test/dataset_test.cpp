@@ -102,5 +102,59 @@ TEST_F(DatasetTest, AMissingArchiveIsNamed) {
   EXPECT_NE(openError().find("elevation.pmtiles: cannot open"), std::string::npos) << openError();
 }
 
+/// The same with a layer of significance more, whose tiles are these.
+class LayeredDatasetTest : public DatasetTest {
+ protected:
+  void addLayer(const std::vector<TileId>& ids) {
+    const std::string path = directory_.file("elevation-1.pmtiles");
+    auto writer = PmtilesWriter::create(path);
+    ASSERT_TRUE(writer.ok()) << writer.error().message;
+    for (const TileId id : ids)
+      ASSERT_TRUE(writer->add(id, std::vector<uint8_t>{static_cast<uint8_t>(10 + id.level)}).ok());
+    ASSERT_TRUE(writer->finish("{}").ok());
+    manifest_.scale.layerCount = 2;
+    manifest_.scale.layerErrors = {5.0, manifest_.maxErrorMeters};
+    const std::string bytes = readWholeFile(path);
+    manifest_.archives.push_back({"elevation-1.pmtiles", bytes.size(), sha256(bytes)});
+    writeManifest();
+  }
+};
+
+TEST_F(LayeredDatasetTest, ReadsEveryLayer) {
+  addLayer({{0, 0, 0}, {1, 0, 0}, {1, 1, 1}});
+  const auto dataset = Dataset::open(directory_.file(""));
+  ASSERT_TRUE(dataset.ok()) << dataset.error().message;
+  EXPECT_EQ(**dataset->readElevation({1, 0, 0}), (std::vector<uint8_t>{4, 5}));
+  EXPECT_EQ(**dataset->readElevation(1, {1, 0, 0}), (std::vector<uint8_t>{11}));
+  EXPECT_EQ(**dataset->readAllLayers({1, 0, 0}), (TilePayloads{{4, 5}, {11}}));
+  EXPECT_FALSE(dataset->readAllLayers({1, 1, 0})->has_value());
+  const std::vector<TileId> ids = {{0, 0, 0}, {1, 0, 1}, {1, 1, 1}};
+  const auto several = dataset->readAllLayers(ids);
+  ASSERT_TRUE(several.ok()) << several.error().message;
+  EXPECT_EQ(*several->at(0), (TilePayloads{{1, 2, 3}, {10}}));
+  EXPECT_FALSE(several->at(1).has_value());
+  EXPECT_EQ(*several->at(2), (TilePayloads{{6}, {11}}));
+  EXPECT_EQ(elevationBytes(dataset->manifest()), manifest_.archives[0].bytes + manifest_.archives[1].bytes);
+}
+
+TEST_F(LayeredDatasetTest, LayersMustHaveTheSameTiles) {
+  addLayer({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}});
+  const auto dataset = Dataset::open(directory_.file(""));
+  ASSERT_TRUE(dataset.ok()) << dataset.error().message;
+  for (const TileId id : {TileId{1, 1, 0}, TileId{1, 1, 1}}) {
+    const auto read = dataset->readAllLayers(id);
+    ASSERT_FALSE(read.ok());
+    EXPECT_NE(read.error().message.find("elevation-1.pmtiles"), std::string::npos) << read.error().message;
+  }
+}
+
+TEST_F(LayeredDatasetTest, AMissingLayerIsToldWhenItIsOpened) {
+  addLayer({{0, 0, 0}, {1, 0, 0}});
+  EXPECT_NE(openError().find("elevation-1.pmtiles"), std::string::npos) << openError();
+  manifest_.archives.pop_back();
+  writeManifest();
+  EXPECT_NE(openError().find("lists no elevation-1.pmtiles"), std::string::npos) << openError();
+}
+
 }  // namespace
 }  // namespace terrane

@@ -72,6 +72,10 @@ TEST(Manifest, NewerVersionsAskForAnUpdate) {
   // Whatever else such a version may have changed, its seal included.
   EXPECT_NE(errorOf(R"({"format": "terrane-dataset", "formatVersion": 77})").find("update Terrane"),
             std::string::npos);
+  const std::string error = errorAfter("\"codecVersion\": 2", "\"codecVersion\": 4");
+  EXPECT_NE(error.find("codec version 4"), std::string::npos) << error;
+  EXPECT_NE(error.find("update Terrane"), std::string::npos) << error;
+  EXPECT_EQ(error.find("build the dataset again"), std::string::npos) << error;
 }
 
 TEST(Manifest, AbsurdMembersAreNamed) {
@@ -92,7 +96,7 @@ TEST(Manifest, AbsurdMembersAreNamed) {
             std::string::npos);
   EXPECT_NE(errorAfter("\"codecVersion\": 2", "\"codecVersion\": 1").find("no longer reads"),
             std::string::npos);
-  EXPECT_NE(errorAfter("\"codecVersion\": 2", "\"codecVersion\": 9").find("codecVersion"), std::string::npos);
+  EXPECT_NE(errorAfter("\"codecVersion\": 2", "\"codecVersion\": 0").find("codecVersion"), std::string::npos);
   EXPECT_NE(errorAfter("\"warped\": true", "\"warped\": 1").find("inputs[0].warped"), std::string::npos);
   EXPECT_NE(errorAfter("aaaaaaaa", "AAAAAAAA").find("inputs[0].sha256"), std::string::npos);
   EXPECT_NE(errorAfter("\"attribution\"", "\"attributed\"").find("attribution\" is missing"),
@@ -121,6 +125,73 @@ TEST(Manifest, AbsurdImageryIsNamed) {
   Manifest twice = exampleManifest();
   twice.imagery.push_back(twice.imagery[0]);
   EXPECT_NE(errorOf(manifestToJson(twice)).find("another layer's"), std::string::npos);
+}
+
+/// The example with layers of significance.
+Manifest layeredManifest() {
+  Manifest manifest = exampleManifest();
+  manifest.scale.layerCount = 3;
+  manifest.scale.layerErrors = {12.5, 3.25, manifest.maxErrorMeters};
+  return manifest;
+}
+
+TEST(Manifest, LayersComeBack) {
+  const std::string text = manifestToJson(layeredManifest());
+  const auto again = manifestFromJson(text, "m");
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(manifestToJson(*again), text);
+  EXPECT_EQ(again->scale.layerCount, 3);
+  EXPECT_EQ(again->scale.layerErrors, (std::array<double, 4>{12.5, 3.25, 0.1155, 0.0}));
+  EXPECT_EQ(again->scale.layerOffset(1), 3.25 + 0.1155);
+  EXPECT_NE(text.find("\"archive\": \"elevation-2.pmtiles\""), std::string::npos);
+  EXPECT_NE(text.find("\"codecVersion\": 3"), std::string::npos);
+}
+
+TEST(Manifest, OfOneLayerNothingIsSaid) {
+  const std::string text = manifestToJson(exampleManifest());
+  EXPECT_EQ(text.find("refinements"), std::string::npos);
+  EXPECT_EQ(text.find("layerErrors"), std::string::npos);
+  EXPECT_NE(text.find("\"codecVersion\": 2"), std::string::npos);
+  const auto again = manifestFromJson(text, "m");
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(again->scale.layerCount, 1);
+}
+
+TEST(Manifest, AbsurdLayersAreNamed) {
+  const auto errorWith = [](const std::string& from, const std::string& to) {
+    std::string text = manifestToJson(layeredManifest());
+    const size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    if (at != std::string::npos) text.replace(at, from.size(), to);
+    return errorOf(sealManifest(text));
+  };
+  const std::string errors = "layers.elevation.layerErrorsMeters";
+  const std::string refinements = "layers.elevation.refinements";
+  EXPECT_NE(errorWith("elevation-2.pmtiles", "elevation-3.pmtiles").find(refinements + "[1].archive"),
+            std::string::npos);
+  EXPECT_NE(errorWith("elevation-1.pmtiles", "../elevation-1.pmtiles").find(refinements + "[0].archive"),
+            std::string::npos);
+  EXPECT_NE(errorWith("\"refinements\"", "\"refined\"").find(refinements + "\" is missing"),
+            std::string::npos);
+  EXPECT_NE(errorWith("\"layerErrorsMeters\"", "\"errors\"").find(errors + "\" is missing"),
+            std::string::npos);
+  // Layers come with version 3, and only with it: programs that know nothing of them read 2.
+  EXPECT_NE(errorWith("\"codecVersion\": 3", "\"codecVersion\": 2").find(refinements), std::string::npos);
+  EXPECT_NE(errorAfter("\"codecVersion\": 2", "\"codecVersion\": 3").find(refinements + "\" is missing"),
+            std::string::npos);
+  EXPECT_NE(errorAfter("\"codecVersion\": 2", "\"codecVersion\": 2, \"layerErrorsMeters\": [7]").find(errors),
+            std::string::npos);
+  for (const char* bad : {"3.25", "3.0", "1e300", "\"12\"", "null", "-12.5"})
+    EXPECT_NE(errorWith("12.5", bad).find(errors), std::string::npos) << bad;
+  for (const char* bad : {"12.5", "0.1155", "0.1", "0", "3.25, 1.0", "3.25, 2.0, 1.0"})
+    EXPECT_NE(errorWith("3.25", bad).find(errors), std::string::npos) << bad;
+
+  Manifest many = layeredManifest();
+  many.scale.layerCount = 2;
+  std::string text = manifestToJson(many);
+  const size_t at = text.find("12.5");
+  text.erase(at, 4);
+  EXPECT_NE(errorOf(sealManifest(text)).find(errors), std::string::npos);
 }
 
 TEST(Manifest, WithoutImageryNothingIsSaidOfIt) {

@@ -17,9 +17,10 @@ template <class Order>
 constexpr Runner runnerOf() {
   return {Order::kKind, runPacked<Order>};
 }
-constexpr std::array kRunners = {runnerOf<DecodeElevation>(), runnerOf<SketchElevation>(),
-                                 runnerOf<DecodePicture>(),   runnerOf<PrepareTile>(),
-                                 runnerOf<MakeMeshes>(),      runnerOf<PrepareLines>()};
+constexpr std::array kRunners = {runnerOf<DecodeElevation>(), runnerOf<RefineElevation>(),
+                                 runnerOf<SketchElevation>(), runnerOf<DecodePicture>(),
+                                 runnerOf<PrepareTile>(),     runnerOf<MakeMeshes>(),
+                                 runnerOf<PrepareLines>()};
 
 constexpr bool areKindsDifferent() {
   for (size_t i = 0; i < kRunners.size(); ++i)

@@ -99,14 +99,15 @@ void StudiedGround::addWishes(const TileStream& stream, size_t mostTiles, double
     }
   }
   if (areTilesStale_ || nowSeconds >= nextLookSeconds_) {
-    const auto isStored = [&](TileId id) { return stream.isStored({TileKey::kElevation, id}); };
+    const auto isStored = [&](TileId id) { return stream.isStored(TileKey::elevation(id)); };
     tiles_ = tilesAlong(samples_, frame, isStored, mostTiles);
     areTilesStale_ = false;
     nextLookSeconds_ = nowSeconds + kLookSeconds;
   }
   // Those that are here, too: what is wished for stays.
   for (const TileId id : tiles_)
-    wishes.push_back({{TileKey::kElevation, id}, 2.0, 1.0, 1.0, 1.0, kStudiedChance});
+    wishes.push_back(
+        {TileKey::elevation(id, stream.manifest().scale.layerCount - 1), 2.0, 1.0, 1.0, 1.0, kStudiedChance});
 }
 
 }  // namespace terrane

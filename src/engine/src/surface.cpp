@@ -197,7 +197,13 @@ Result<std::optional<double>> Surface::errorAt(glm::dvec2 sample) {
   TERRANE_ASSIGN(const auto height, heightAt(sample));
   if (!height) return std::optional<double>{};
   const Manifest& manifest = source_.manifest();
-  if (!isUnfinished_) return std::optional<double>{manifest.maxErrorMeters};
+  const TileSamples& samples = path_.back().tile->samples;
+  const int layer = samples.layerCount - 1;
+  if (!isUnfinished_) {
+    const bool isWhole = layer + 1 == manifest.scale.layerCount;
+    return std::optional<double>{isWhole ? manifest.maxErrorMeters
+                                         : manifest.scale.layerErrors[static_cast<size_t>(layer)]};
+  }
 
   // The patch of 16 x 16 cells shows all of the tile's samples, and its node tells how far off they are.
   constexpr int kLevel = kNodeLevels - 1, kHalf = nodeHalfSize(kLevel);
@@ -209,7 +215,8 @@ Result<std::optional<double>> Surface::errorAt(glm::dvec2 sample) {
   const int node = nodeIndex(kLevel, middle(place.x), middle(place.y), here.id.isRoot());
   return std::optional<double>{
       std::max(manifest.scale.errorFromCode(here.tile->nodes.error[static_cast<size_t>(node)]),
-               manifest.maxErrorMeters)};
+               manifest.maxErrorMeters) +
+      manifest.scale.layerOffset(layer)};
 }
 
 Result<std::vector<SurfacePiece>> Surface::along(glm::dvec2 from, glm::dvec2 to, size_t maxPieces) {

@@ -2,7 +2,7 @@
 #include <mutex>
 #include <unordered_map>
 
-#include "terrane/codec/elevation_codec.h"
+#include "terrane/codec/all_layers.h"
 #include "terrane/engine/surface.h"
 
 namespace terrane {
@@ -11,7 +11,7 @@ namespace {
 uint64_t bytesOf(const Tile& tile) {
   return sizeof(Tile) + tile.samples.heights.capacity() * sizeof(float) +
          tile.samples.states.capacity() * sizeof(SampleState) + tile.samples.coverage.bits.capacity() +
-         tile.nodes.error.capacity() + tile.nodes.largeError.capacity() +
+         tile.samples.layers.capacity() + tile.nodes.error.capacity() + tile.nodes.largeError.capacity() +
          (tile.nodes.low.capacity() + tile.nodes.high.capacity()) * sizeof(uint16_t);
 }
 
@@ -53,12 +53,12 @@ Result<std::shared_ptr<const Tile>> SurfaceTiles::get(TileId id, const Tile* par
   }
 
   // Read and decode without the lock.
-  TERRANE_ASSIGN(const auto payload, dataset_.readElevation(id));
-  if (!payload)
+  TERRANE_ASSIGN(const auto payloads, dataset_.readAllLayers(id));
+  if (!payloads)
     return makeError("{}: tile {} is missing from the elevation archive; build the dataset again",
                      dataset_.directory(), toString(id));
-  auto decoded = decodeTile(*payload, parent != nullptr ? &parent->samples : nullptr,
-                            id.isRoot() ? 0 : id.quadrant(), dataset_.manifest().scale);
+  auto decoded = decodeAllLayers(*payloads, parent != nullptr ? &parent->samples : nullptr,
+                                 id.isRoot() ? 0 : id.quadrant(), dataset_.manifest().scale);
   if (!decoded.ok())
     return makeError("{}: tile {}: {}", dataset_.directory(), toString(id), decoded.error().message);
   auto tile = std::make_shared<const Tile>(std::move(decoded).value());

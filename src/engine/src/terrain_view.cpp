@@ -177,7 +177,7 @@ class TerrainView::State {
     imagery_->setShown(hasImagery);
     order_ = {TileId{}};
     // The root may have come with the directory: then it is drawn in this frame already.
-    const TileKey root{TileKey::kElevation, TileId{}};
+    const TileKey root = TileKey::elevation(TileId{});
     if (stream_.elevation(root.tile) != nullptr) return {};
     const StreamWish wish{root, 2.0, 1.0, 1.0, 1.0, 1.0};
     stream_.want({&wish, 1});
@@ -193,7 +193,9 @@ class TerrainView::State {
     }
     // A set of tiles is drawn from when all of it is here.
     const auto isHere = [&](TileId id) {
-      return stream_.elevation(id) != nullptr || stream_.isLost({TileKey::kElevation, id});
+      const std::shared_ptr<const Tile> tile = stream_.elevation(id);
+      return (tile != nullptr && tile->samples.layerCount == stream_.manifest().scale.layerCount) ||
+             stream_.isLost(wholeKey(id));
     };
     if (!sets_.isComplete(isHere)) return false;
     TERRANE_ASSIGN(const int count, tiles_->upload(sets_.take(), UINT64_MAX, frame_, chosenFrame_));
@@ -254,9 +256,13 @@ class TerrainView::State {
   }
 
   static StreamWish wishFor(const TileWish& wish, double tau, double chance) {
-    return {{TileKey::kElevation, wish.tile},           static_cast<double>(wish.errorPixels),
+    return {TileKey::elevation(wish.tile, wish.layer),  static_cast<double>(wish.errorPixels),
             static_cast<double>(wish.errorAfterPixels), tau,
             static_cast<double>(wish.areaPixels),       chance};
+  }
+  /// A tile with all layers of significance.
+  TileKey wholeKey(TileId id) const {
+    return TileKey::elevation(id, stream_.manifest().scale.layerCount - 1);
   }
 
   void wishForAvailable(const Camera& camera, const PatchSelection& selection, double nowSeconds,
@@ -269,7 +275,7 @@ class TerrainView::State {
     }
     // note: of a root that is not here yet nothing can be told.
     if (options_.predict && tiles_->has(TileId{})) {
-      const auto isStored = [this](TileId id) { return stream_.isStored({TileKey::kElevation, id}); };
+      const auto isStored = [this](TileId id) { return stream_.isStored(TileKey::elevation(id)); };
       for (const TileWish& wish : predictWishes(cut_.wishes, selection, manifest.frame, manifest.scale,
                                                 camera, *tiles_, isStored, kMostPredicted)) {
         wishes.push_back(wishFor(wish, tau, 1.0));
@@ -305,8 +311,13 @@ class TerrainView::State {
                    std::vector<StreamWish>& out) {
     const Manifest& manifest = stream_.manifest();
     selection.hide = false;
-    for (const TileWish& wish :
-         selectPatches(selection, manifest.frame, manifest.scale, camera, *tiles_).wishes)
+    const auto wishes = selectPatches(selection, manifest.frame, manifest.scale, camera, *tiles_).wishes;
+    for (const TileWish& wish : wishes) out.push_back(wishFor(wish, selection.tolerancePixels, chance));
+    // Meshes that are not made there hold back what will be wished for below them.
+    if (!options_.predict || selection.surface != SurfaceKind::Meshes || !tiles_->has(TileId{})) return;
+    const auto isStored = [this](TileId id) { return stream_.isStored(TileKey::elevation(id)); };
+    for (const TileWish& wish : predictWishes(wishes, selection, manifest.frame, manifest.scale, camera,
+                                              *tiles_, isStored, kMostPredicted))
       out.push_back(wishFor(wish, selection.tolerancePixels, chance));
   }
 
@@ -320,10 +331,10 @@ class TerrainView::State {
 
   void wishForSet(const Camera& camera, const PatchSelection& selection, std::vector<StreamWish>& wishes) {
     sets_.begin(camera, selection, *tiles_, [this](TileId id) {
-      return stream_.isLost({TileKey::kElevation, id}) || !stream_.isStored({TileKey::kElevation, id});
+      return stream_.isLost(wholeKey(id)) || !stream_.isStored(wholeKey(id));
     });
     for (const TileId id : sets_.tiles()) {
-      wishes.push_back({{TileKey::kElevation, id}, 2.0, 1.0, 1.0, 1.0, 1.0});
+      wishes.push_back({wholeKey(id), 2.0, 1.0, 1.0, 1.0, 1.0});
       order_.push_back(id);
     }
   }

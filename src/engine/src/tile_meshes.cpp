@@ -94,7 +94,8 @@ std::vector<std::shared_ptr<const MeshLevel>> TileMeshes::make(const Order& orde
     out.push_back(std::make_shared<const MeshLevel>(
         makeMeshLevel(order.id, tile, level, before, order.meshScale, order.scale)));
     before = out.back().get();
-  } while (++level <= order.meshScale.lastOwnLevel());
+  } while (++level <= order.meshScale.lastOwnLevel() &&
+           order.meshScale.layerOf(level + 2 * order.id.level) < tile.samples.layerCount);
   return out;
 }
 

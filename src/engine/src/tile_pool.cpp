@@ -5,6 +5,7 @@
 
 #include "terrane/base/check.h"
 #include "terrane/base/parallel.h"
+#include "terrane/codec/all_layers.h"
 #include "terrane/codec/elevation_codec.h"
 
 namespace terrane {
@@ -31,7 +32,7 @@ Status TilePool::load(std::span<const TileId> ids) {
 }
 
 Status TilePool::loadMissing(std::span<const TileId> missing) {
-  TERRANE_ASSIGN(const auto payloads, dataset_.readElevation(missing));
+  TERRANE_ASSIGN(const auto payloads, dataset_.readAllLayers(missing));
 
   // Decode side by side: tiles of one call do not depend on each other, their parents are here.
   std::vector<std::optional<Result<Tile>>> decoded(missing.size());
@@ -43,8 +44,8 @@ Status TilePool::loadMissing(std::span<const TileId> missing) {
     if (!payloads[i]) {
       decoded[i] = Result<Tile>(makeError("is missing from the elevation archive; build the dataset again"));
     } else {
-      decoded[i] = decodeTile(*payloads[i], parent != nullptr ? &parent->samples : nullptr,
-                              id.isRoot() ? 0 : id.quadrant(), dataset_.manifest().scale);
+      decoded[i] = decodeAllLayers(*payloads[i], parent != nullptr ? &parent->samples : nullptr,
+                                   id.isRoot() ? 0 : id.quadrant(), dataset_.manifest().scale);
     }
   });
 
@@ -52,7 +53,7 @@ Status TilePool::loadMissing(std::span<const TileId> missing) {
     if (!decoded[i]->ok())
       return makeError("{}: tile {}: {}", dataset_.directory(), toString(missing[i]),
                        decoded[i]->error().message);
-    bytesRead_ += payloads[i]->size();
+    for (const auto& payload : *payloads[i]) bytesRead_ += payload.size();
     stored_[missing[i]] = std::make_unique<Tile>(std::move(**decoded[i]));
   }
   return {};
@@ -68,7 +69,9 @@ const Tile& TilePool::findOrImply(TileId id) {
 }
 
 uint64_t TilePool::residentBytes() const {
-  const uint64_t perTile = kTileSampleCount * (sizeof(float) + sizeof(SampleState)) + sizeof(Tile);
+  const uint64_t layerBytes = dataset_.manifest().scale.layerCount > 1 ? 1 : 0;
+  const uint64_t perTile =
+      kTileSampleCount * (sizeof(float) + sizeof(SampleState) + layerBytes) + sizeof(Tile);
   return (stored_.size() + implied_.size()) * perTile + meshes_.sizeBytes();
 }
 

@@ -53,10 +53,11 @@ void TileUploads::takePrepared() {
 }
 
 bool TileUploads::isStale(TileId id) const {
-  const auto at = id.isRoot() ? tiles_.find(id) : tiles_.end();
+  const auto at = tiles_.find(id);
   if (at == tiles_.end()) return false;
   const std::shared_ptr<const Tile> tile = stream_.elevation(id);
-  return tile != nullptr && tile != at->second;
+  if (tile == nullptr || tile == at->second) return false;
+  return (id.isRoot() && rootIsSketch_) || tile->samples.layerCount > at->second->samples.layerCount;
 }
 
 /// Can the tile be uploaded now? If it is decoded and not prepared, that is begun.
@@ -108,22 +109,21 @@ Result<int> TileUploads::upload(const std::vector<TileId>& order, uint64_t budge
       TerrainRenderer::geometryBytesPerTile() + TerrainRenderer::lightingBytesPerTile();
   int count = 0;
   if (isStale(TileId{}) && isPrepared(TileId{}, frame)) {
-    const auto prepared = prepared_.find(TileId{});
-    if (renderer_ != nullptr)
-      TERRANE_TRY(renderer_->uploadTile(TileId{}, *prepared->second.tile, prepared->second.made));
-    tiles_[TileId{}] = std::move(prepared->second.tile);
-    prepared_.erase(prepared);
-    const bool hadMeshes = meshes_.find(TileId{}, 0) != nullptr;
-    meshes_.drop(TileId{});
-    if (hadMeshes) makeRootMeshes();
+    TERRANE_TRY(replace(TileId{}));
     ++count;
   }
   // note: what was decoded from the whole root does not fit to its sketch.
-  const bool onlyRoot = isStale(TileId{});
+  const bool onlyRoot = rootIsSketch_ && isStale(TileId{});
   for (const TileId id : order) {
-    if (resident_.has(id) || (onlyRoot && !id.isRoot()) || !isPrepared(id, frame)) continue;
+    const bool isHere = resident_.has(id);
+    if ((isHere && !isStale(id)) || (onlyRoot && !id.isRoot()) || !isPrepared(id, frame)) continue;
     if (!id.isRoot() && !resident_.has(id.parent())) continue;
     if (count > 0 && static_cast<uint64_t>(count + 1) * bytesEach > budgetBytes) break;
+    if (isHere) {
+      TERRANE_TRY(replace(id));
+      ++count;
+      continue;
+    }
     if (!makeRoom(keepSince)) {
       shortOfRoom_ = true;
       break;
@@ -133,6 +133,7 @@ Result<int> TileUploads::upload(const std::vector<TileId>& order, uint64_t budge
       TERRANE_TRY(renderer_->uploadTile(id, *prepared->second.tile, prepared->second.made));
     tiles_[id] = std::move(prepared->second.tile);
     prepared_.erase(prepared);
+    if (id.isRoot()) rootIsSketch_ = stream_.isSketch(TileKey::elevation(id));
     resident_.add(id, frame);
     uploadedIn_[id] = frame;
     ++uploaded_;
@@ -160,6 +161,25 @@ Result<int> TileUploads::upload(const std::vector<TileId>& order, uint64_t budge
   return count;
 }
 
+Status TileUploads::replace(TileId id) {
+  const auto prepared = prepared_.find(id);
+  if (renderer_ != nullptr)
+    TERRANE_TRY(renderer_->uploadTile(id, *prepared->second.tile, prepared->second.made));
+  tiles_[id] = std::move(prepared->second.tile);
+  prepared_.erase(prepared);
+  ++uploaded_;
+  if (!id.isRoot() || !rootIsSketch_) return {};
+  // What was made of a sketch is not the root's. note: layers move nothing, so meshes stay when more come.
+  rootIsSketch_ = stream_.isSketch(TileKey::elevation(id));
+  ++roots_;
+  const bool hadMeshes = meshes_.find(id, 0) != nullptr;
+  for (int level = 0; renderer_ != nullptr && level <= kDeepestVertexLevel; ++level)
+    if (meshes_.get(id, level) != nullptr) renderer_->dropMeshes(id, level);
+  meshes_.drop(id);
+  if (hadMeshes) makeRootMeshes();
+  return {};
+}
+
 void TileUploads::wishMeshes(const std::vector<MeshWish>& wishes) {
   for (const MeshWish& wish : wishes) {
     if (std::find(meshesUnderWay_.begin(), meshesUnderWay_.end(), wish) != meshesUnderWay_.end()) continue;
@@ -167,9 +187,9 @@ void TileUploads::wishMeshes(const std::vector<MeshWish>& wishes) {
     if (tile == tiles_.end()) continue;
     meshesUnderWay_.push_back(wish);
     workers_.order(MakeMeshes{meshes_.orderFor(wish), tile->second},
-                   [finished = finished_, wish, tile = tile->second](MakeMeshes::Answer levels) {
+                   [finished = finished_, wish, roots = roots_](MakeMeshes::Answer levels) {
                      const std::lock_guard lock(finished->mutex);
-                     finished->meshes.push_back({wish, tile, std::move(levels)});
+                     finished->meshes.push_back({wish, roots, std::move(levels)});
                    });
   }
 }
@@ -183,9 +203,8 @@ bool TileUploads::takeMeshes() {
   bool any = false;
   for (MadeMeshes& each : made) {
     meshesUnderWay_.erase(std::find(meshesUnderWay_.begin(), meshesUnderWay_.end(), each.wish));
-    // note: the tile may have gone, or have come anew, in the meantime.
-    const auto tile = tiles_.find(each.wish.tile);
-    if (tile == tiles_.end() || tile->second != each.tile) continue;
+    // note: the tile may have gone in the meantime, and a root may have been a sketch.
+    if (tiles_.count(each.wish.tile) == 0 || (each.wish.tile.isRoot() && each.roots != roots_)) continue;
     addMeshes(each.wish.tile, std::move(each.levels));
     any = true;
   }
@@ -210,7 +229,10 @@ void TileUploads::makeRootMeshes() {
   const TileId root;
   const auto tile = tiles_.find(root);
   if (tile == tiles_.end() || meshes_.find(root, 0) != nullptr) return;
-  addMeshes(root, TileMeshes::make(meshes_.orderFor({root, 0}), *tile->second));
+  const TileMeshes::Order order = meshes_.orderFor({root, 0});
+  // note: in a world of few levels even the root's meshes may want more layers than the first.
+  if (order.meshScale.layerOf(0) >= tile->second->samples.layerCount) return;
+  addMeshes(root, TileMeshes::make(order, *tile->second));
 }
 
 void TileUploads::need(const Cut& cut, uint64_t frame) {
@@ -235,7 +257,7 @@ void TileUploads::need(const Cut& cut, uint64_t frame) {
 
 bool TileUploads::isPending(const std::vector<TileId>& order) const {
   return isStale(TileId{}) || std::any_of(order.begin(), order.end(), [&](TileId id) {
-           return !resident_.has(id) && stream_.elevation(id) != nullptr;
+           return resident_.has(id) ? isStale(id) : stream_.elevation(id) != nullptr;
          });
 }
 

@@ -36,7 +36,8 @@ class TileUploads final : public ResidentTiles {
   void arrived(const std::vector<TileKey>& news, uint64_t frame);
   /// Uploads those of `order` (most urgent first) that are decoded and whose parents are here, within
   /// `budgetBytes`, at least one; parents may be uploaded by the same call. What was needed since the frame
-  /// `keepSince` keeps its place. A root that was only sketched is replaced first. Returns how many.
+  /// `keepSince` keeps its place. A root that was only sketched is replaced first, and of what is uploaded
+  /// what has more layers of significance by now. Returns how many.
   Result<int> upload(const std::vector<TileId>& order, uint64_t budgetBytes, uint64_t frame,
                      uint64_t keepSince);
   /// Makes the root's own meshes, if they are not made: without them there is nothing to draw. Not aside.
@@ -70,7 +71,7 @@ class TileUploads final : public ResidentTiles {
   };
   struct MadeMeshes {
     MeshWish wish;
-    std::shared_ptr<const Tile> tile;  ///< that they were made of
+    uint64_t roots = 0;  ///< roots that were sketched only and replaced before these were ordered
     std::vector<std::shared_ptr<const MeshLevel>> levels;
   };
   struct Finished {
@@ -78,8 +79,11 @@ class TileUploads final : public ResidentTiles {
     std::vector<std::pair<std::shared_ptr<const Tile>, std::shared_ptr<const PreparedTile>>> made;
     std::vector<MadeMeshes> meshes;
   };
-  /// Is the root drawn from a sketch, and something better here?
+  /// Is a tile uploaded that is here with more layers of significance by now, or a root from a sketch of it,
+  /// and something better is here?
   bool isStale(TileId id) const;
+  /// Uploads what is prepared in the place of what was uploaded before.
+  Status replace(TileId id);
   bool isPrepared(TileId id, uint64_t frame);
   void takePrepared();
   bool makeRoom(uint64_t frame);
@@ -97,6 +101,8 @@ class TileUploads final : public ResidentTiles {
   std::unordered_map<TileId, uint64_t, TileIdHash> uploadedIn_;
   std::shared_ptr<Finished> finished_;
   bool shortOfRoom_ = false;
+  bool rootIsSketch_ = false;
+  uint64_t roots_ = 0;  ///< sketches of the root that were replaced
   uint64_t uploaded_ = 0;
   uint64_t changes_ = 0;
   int mostFramesUntilUsed_ = 0;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <queue>
-#include <unordered_set>
+#include <unordered_map>
 
 #include "terrane/codec/mesh_level.h"
 #include "terrane/lod/screen_metric.h"
@@ -17,6 +17,7 @@ namespace {
 /// A tile that may be wished next, or a wished one that others are looked for below.
 struct Guess {
   TileId tile;
+  int layer = 0;              ///< up to which it will be wished
   double errorPixels = 0.0;   ///< of the patches that wait for it
   double errorMeters = 0.0;   ///< of patches that read it; infinite where nothing is known
   double statedMeters = 0.0;  ///< by the meshes that wait for it, not exaggerated
@@ -47,7 +48,7 @@ class Predictor {
         meshScale_(MeshScale::of(frame, scale)) {}
 
   std::vector<TileWish> run(std::span<const TileWish> wishes, size_t most) {
-    for (const TileWish& wish : wishes) named_.insert(wish.tile);
+    for (const TileWish& wish : wishes) isNew(wish.tile, wish.layer);
     for (const TileWish& wish : wishes) guessBelow(whatIsKnown(wish));
     // Where meshes are still to be made, or to fade in, nothing is wished for yet. But as no mesh states less
     // than its level's bound, which of all tiles will be wished for is known well enough without them.
@@ -57,7 +58,7 @@ class Predictor {
       const Guess guess = open_.top();
       open_.pop();
       const double urgency = std::min(guess.urgencyPixels, pictureDiagonal_);
-      out.push_back({guess.tile, static_cast<float>(urgency), static_cast<float>(0.5 * urgency),
+      out.push_back({guess.tile, guess.layer, static_cast<float>(urgency), static_cast<float>(0.5 * urgency),
                      static_cast<float>(std::max(1.0, metric_.areaPixels(prismOf(guess))))});
       guessBelow(guess);
     }
@@ -101,12 +102,32 @@ class Predictor {
                 : std::max(0.5 * above.statedMeters, meshScale_.boundMeters(last + 2 * above.tile.level));
       }
       if (tile != nullptr && !setHeights(guess, tile->children[static_cast<size_t>(quadrant)])) continue;
-      if (!look(guess) || !isStored_(guess.tile) || !named_.insert(guess.tile).second) continue;
-      if (tiles_.find(guess.tile) == nullptr)
+      if (!look(guess) || !isStored_(guess.tile) || !isNew(guess.tile, guess.layer)) continue;
+      const Tile* here = tiles_.find(guess.tile);
+      if (here == nullptr || here->samples.layerCount <= guess.layer)
         open_.push(guess);
       else if (selection_.surface == SurfaceKind::Meshes)
         guessBelow(guess);
     }
+  }
+
+  /// Was a tile not named yet, or not with so many layers? From now on it is.
+  bool isNew(TileId id, int layer) {
+    const auto [at, inserted] = named_.insert({id, layer});
+    if (!inserted && at->second >= layer) return false;
+    at->second = layer;
+    return true;
+  }
+
+  /// The layers that a tile's meshes will be made of, so near that a metre of error looks so large.
+  int layerWanted(TileId id, double pixelsPerMeter) const {
+    if (selection_.surface == SurfaceKind::Patches) return scale_.layerCount - 1;
+    int level = 2 * id.level + meshScale_.firstLevel(id.isRoot());
+    const int last = id.level == meshScale_.finestLevel ? meshScale_.deepestLevel()
+                                                        : 2 * id.level + meshScale_.lastOwnLevel();
+    while (level < last && meshScale_.leastStatedMeters(level) * pixelsPerMeter > selection_.tolerancePixels)
+      ++level;
+    return meshScale_.layerOf(level);
   }
 
   Prism prismOf(const Guess& guess) const {
@@ -138,6 +159,9 @@ class Predictor {
         depth);
     if (guess.errorPixels <= selection_.tolerancePixels && texel <= selection_.texelPixels) return false;
     guess.urgencyPixels = std::max(guess.errorPixels, kShadingWishWeight * texel);
+    guess.layer = 0.5 * texel > kLayerTexelPixels * selection_.texelPixels
+                      ? scale_.layerCount - 1
+                      : layerWanted(guess.tile, metric_.errorPixels(prism, selection_.exaggeration, depth));
     return true;
   }
 
@@ -150,7 +174,7 @@ class Predictor {
   glm::dvec2 cellMeters_;
   ScreenMetric metric_;
   MeshScale meshScale_;
-  std::unordered_set<TileId, TileIdHash> named_;
+  std::unordered_map<TileId, int, TileIdHash> named_;  ///< up to which layer
   std::priority_queue<Guess, std::vector<Guess>, LessUrgent> open_;
 };
 

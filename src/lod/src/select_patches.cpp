@@ -70,14 +70,15 @@ class Selector {
            const Camera& camera, const ResidentTiles& tiles, MorphHistory* history, double elapsedSeconds)
       : selection_(selection),
         isMeshes_(selection.surface == SurfaceKind::Meshes),
-        grid_(isMeshes_ ? MeshScale::of(frame, scale).grid : selection.grid),
+        meshScale_(MeshScale::of(frame, scale)),
+        grid_(isMeshes_ ? meshScale_.grid : selection.grid),
         scale_(scale),
         tiles_(tiles),
         finestLevel_(frame.finestLevel),
         drawnLevel_(finestLevel_ +
                     (selection.metric == SplitMetric::DistanceOnly ? selection.levelsBelowData : 0)),
         lattice_(drawnLevel_),
-        deepest_(isMeshes_ ? MeshScale::of(frame, scale).deepestLevel() : grid_.deepestLevel(drawnLevel_)),
+        deepest_(isMeshes_ ? meshScale_.deepestLevel() : grid_.deepestLevel(drawnLevel_)),
         octagons_(lattice_, deepest_),
         cellMeters_(frame.spacingXMeters() / std::ldexp(1.0, drawnLevel_ - finestLevel_),
                     frame.spacingYMeters() / std::ldexp(1.0, drawnLevel_ - finestLevel_)),
@@ -94,10 +95,18 @@ class Selector {
     cut_.latticeDepth = lattice_.depth();
     cut_.surface = selection_.surface;
     cut_.grid = grid_;
-    if (tiles_.find(TileId{}) == nullptr) {
-      wishes_.forGeometry(TileId{}, {std::numeric_limits<double>::infinity(), 0.0, pictureArea_});
+    const Tile* rootTile = tiles_.find(TileId{});
+    if (rootTile == nullptr || (!isMeshes_ && !isWhole(*rootTile)))
+      wishes_.forGeometry(TileId{}, isMeshes_ ? 0 : lastLayer(),
+                          {std::numeric_limits<double>::infinity(), 0.0, pictureArea_});
+    if (rootTile == nullptr) {
+      // Nothing can be drawn.
     } else if (isMeshes_ && tiles_.findMeshes(TileId{}, 0) == nullptr) {
-      cut_.meshWishes.push_back({TileId{}, 0});
+      const int layer = layerOf(0);
+      if (layer < rootTile->samples.layerCount)
+        cut_.meshWishes.push_back({TileId{}, 0});
+      else
+        wishes_.forGeometry(TileId{}, layer, {std::numeric_limits<double>::infinity(), 0.0, pictureArea_});
     } else {
       // Level by level: a diamond is looked at when every parent that it has in the world has split.
       TileInfo& root = find(TileId{}, nullptr);
@@ -150,7 +159,7 @@ class Selector {
     TileInfo& found = infos_.emplace_back();
     found.id = id;
     found.parent = parent;
-    if (const Tile* tile = tiles_.find(id)) {
+    if (const Tile* tile = tiles_.find(id); tile != nullptr && mayDraw(*tile, parent)) {
       found.residency = Residency::Resident;
       found.tile = tile;
       found.stored = &found;
@@ -171,6 +180,15 @@ class Selector {
       found.stored = parent->stored;
     }
     return found;
+  }
+
+  int lastLayer() const { return scale_.layerCount - 1; }
+  bool isWhole(const Tile& tile) const { return tile.samples.layerCount == scale_.layerCount; }
+  /// Patches draw all of a tile's samples, so they want all layers, of the tile and those above it, or
+  /// neighbours would not meet. note: a root is better than nothing, and alone it meets with itself.
+  bool mayDraw(const Tile& tile, const TileInfo* parent) const {
+    if (isMeshes_ || parent == nullptr) return true;
+    return isWhole(tile) && (parent->residency != Residency::Resident || isWhole(*parent->tile));
   }
 
   /// A patch's mesh.
@@ -460,7 +478,7 @@ class Selector {
     for (const Child& child : children) {
       const TileInfo* tile = child.ground.tile;
       if (tile->residency == Residency::Missing) {
-        if (tile != wished) wish(*tile, judged);
+        if (tile != wished) wish(*tile, lastLayer(), judged);
         wished = tile;
         least = Residency::Missing;
       } else if (tile->residency == Residency::Implied && least == Residency::Resident &&
@@ -481,30 +499,37 @@ class Selector {
       if (place.residency == Residency::Implied) return Residency::Implied;
       if (place.patch != nullptr) continue;
       least = Residency::Missing;
-      if (place.residency == Residency::Resident) {
+      const bool isHere = place.residency == Residency::Resident;
+      if (isHere && layerOf(place) < place.tile->tile->samples.layerCount) {
         const MeshWish made{place.tile->id, place.at.level};
         if (std::find(cut_.meshWishes.begin(), cut_.meshWishes.end(), made) == cut_.meshWishes.end())
           cut_.meshWishes.push_back(made);
       } else if (place.tile != wished) {
-        wish(*place.tile, judged);
+        const int layer = isHere ? layerOf(place) : layerOf(child.triangle.diamond.level);
+        wish(*place.tile, layer, judged);
         wished = place.tile;
       }
     }
     return least;
   }
+  /// Up to which layer of significance a mesh is made of its tile's samples.
+  int layerOf(const MeshPlace& place) const { return layerOf(place.at.level + 2 * place.tile->id.level); }
+  int layerOf(int bintreeLevel) const { return meshScale_.layerOf(bintreeLevel); }
 
-  void wish(const TileInfo& tile, const Judgement& judged) {
+  void wish(const TileInfo& tile, int layer, const Judgement& judged) {
     // What is left: what the parent knows of the tile, at most what saturation leaves; or half.
     double left = 0.5;
-    const TileInfo& parent = *tile.parent;
-    if (judged.excess() > 0.0 && grid_.k <= kNodeGrid.k && parent.residency == Residency::Resident &&
-        judged.errorMeters > 0.0) {
+    const bool isNew = tile.residency == Residency::Missing;
+    if (isNew && judged.excess() > 0.0 && grid_.k <= kNodeGrid.k &&
+        tile.parent->residency == Residency::Resident && judged.errorMeters > 0.0) {
+      const TileInfo& parent = *tile.parent;
       const ChildSummary& child = parent.tile->children[static_cast<size_t>(tile.id.quadrant())];
       left = std::min(scale_.errorFromCode(child.error) * selection_.exaggeration / judged.errorMeters,
                       1.0 / kSaturation);
     }
-    wishes_.forGeometry(tile.id, {judged.urgency, std::min(judged.urgency, pictureDiagonal_) * left,
-                                  approximateArea(judged.own)});
+    wishes_.forGeometry(
+        tile.id, layer,
+        {judged.urgency, std::min(judged.urgency, pictureDiagonal_) * left, approximateArea(judged.own)});
   }
 
   /// About as much of the picture as shows the ground of a prism. The ground never fills the prism from its
@@ -612,20 +637,30 @@ class Selector {
 
     // The shading tile: as deep as one texel a pixel asks for, a tile can hold the patch, and tiles are here.
     const int deepest = std::min(t.diamond.level / 2, finestLevel_);
+    double texel = metric_.lengthPixels(tileSpacing(patch.tile.level), depth);
     for (int level = patch.tile.level; level < deepest; ++level) {
-      const double texel = metric_.lengthPixels(tileSpacing(level), depth);
       if (texel <= selection_.texelPixels) break;
       TileInfo& finer = childOf(*tile, lattice_.tileOf(t, level + 1));
       if (finer.residency == Residency::Missing) {
-        const double urgency = kShadingWishWeight * texel;
-        wishes_.forShading(finer.id, {urgency, 0.5 * std::min(urgency, pictureDiagonal_),
-                                      0.5 * approximateArea(judged.own)});
+        const bool wantsAll = !isMeshes_ || 0.5 * texel > kLayerTexelPixels * selection_.texelPixels;
+        wishForShading(finer, wantsAll ? lastLayer() : layerOf(2 * (level + 1) + meshScale_.lastOwnLevel()),
+                       texel, judged);
       }
       if (finer.residency != Residency::Resident) break;
       tile = &finer;
+      texel *= 0.5;
     }
+    if (!isWhole(*tile->tile) && texel > kLayerTexelPixels * selection_.texelPixels)
+      wishForShading(*tile, lastLayer(), texel, judged);
     patch.shadingTile = tile->id;
     cut_.patches.push_back(patch);
+  }
+
+  void wishForShading(const TileInfo& tile, int layer, double texel, const Judgement& judged) {
+    const double urgency = kShadingWishWeight * texel;
+    wishes_.forShading(
+        tile.id, layer,
+        {urgency, 0.5 * std::min(urgency, pictureDiagonal_), 0.5 * approximateArea(judged.own)});
   }
 
   /// A bound for a patch that is still part its parent: both errors as they look over the parent's prism, in
@@ -639,6 +674,7 @@ class Selector {
 
   const PatchSelection& selection_;
   bool isMeshes_;
+  MeshScale meshScale_;
   PatchGrid grid_;
   const ElevationScale& scale_;
   const ResidentTiles& tiles_;

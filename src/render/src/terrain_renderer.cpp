@@ -297,7 +297,6 @@ size_t TerrainRenderer::imageryBytesPerTile() {
 
 Status TerrainRenderer::uploadTile(TileId id, const Tile& tile,
                                    std::shared_ptr<const PreparedTile> prepared) {
-  parts_->meshes.drop(id);
   return parts_->tiles.upload(id, tile.samples, *prepared);
 }
 Status TerrainRenderer::uploadTile(TileId id, const Tile& tile) {

@@ -13,6 +13,7 @@
 #include "temporary_directory.h"
 #include "terrane/bake/build.h"
 #include "terrane/bake/source.h"
+#include "terrane/codec/all_layers.h"
 #include "terrane/codec/elevation_codec.h"
 #include "terrane/dataset/dataset.h"
 #include "terrane/gpu/context.h"
@@ -142,10 +143,10 @@ std::map<TileId, Tile> tilesOf(const std::string& raster, Manifest& manifest) {
   std::vector<TileId> ids = dataset->elevationTiles();
   std::sort(ids.begin(), ids.end());
   for (const TileId id : ids) {
-    const auto payload = dataset->readElevation(id);
-    EXPECT_TRUE(payload.ok() && payload->has_value());
+    const auto payloads = dataset->readAllLayers(id);
+    EXPECT_TRUE(payloads.ok() && payloads->has_value());
     const TileSamples* parent = id.isRoot() ? nullptr : &out.at(id.parent()).samples;
-    auto tile = decodeTile(**payload, parent, id.isRoot() ? 0 : id.quadrant(), manifest.scale);
+    auto tile = decodeAllLayers(**payloads, parent, id.isRoot() ? 0 : id.quadrant(), manifest.scale);
     EXPECT_TRUE(tile.ok()) << tile.error().message;
     out[id] = std::move(tile).value();
   }

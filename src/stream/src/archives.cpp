@@ -7,7 +7,9 @@ namespace terrane {
 Status Archives::setManifest(const std::vector<uint8_t>& bytes, const std::string& where) {
   TERRANE_ASSIGN(Manifest manifest,
                  manifestFromJson(std::string(bytes.begin(), bytes.end()), where + "/manifest.json"));
-  std::vector<std::string> names = {"elevation.pmtiles"};
+  std::vector<std::string> names;
+  names.reserve(static_cast<size_t>(manifest.scale.layerCount) + manifest.imagery.size());
+  for (int i = 0; i < manifest.scale.layerCount; ++i) names.push_back(elevationArchiveName(i));
   for (const ImageryLayerRecord& layer : manifest.imagery) names.push_back(layer.archive);
   std::vector<File> files;
   for (const std::string& name : names) {
@@ -39,10 +41,18 @@ Status Archives::setFirstBytes(int file, const std::vector<uint8_t>& bytes) {
 }
 
 PmtilesIndex::Found Archives::find(const TileKey& key) const {
-  return files_[static_cast<size_t>(fileOf(key))].index->find(key.tile);
+  if (key.isElevation() && key.significance() >= elevationFiles()) return {PmtilesIndex::Kind::NotStored, {}};
+  const int file = fileOf(key);
+  if (isRefinement(file) && !isOpen(file)) {
+    const FetchRequest first = firstBytes(file, 0);
+    return {PmtilesIndex::Kind::InDirectory,
+            {first.offset, static_cast<decltype(PmtilesIndex::Place::bytes)>(first.bytes)}};
+  }
+  return files_[static_cast<size_t>(file)].index->find(key.tile);
 }
 
 Status Archives::addDirectory(int file, PmtilesIndex::Place place, const std::vector<uint8_t>& bytes) {
+  if (!isOpen(file)) return setFirstBytes(file, bytes);
   return files_[static_cast<size_t>(file)].index->addDirectory(place, bytes);
 }
 

@@ -11,8 +11,9 @@
 
 namespace terrane {
 
-/// A dataset's manifest and what is known of its archives' directories: where each tile's bytes lie. File 0
-/// is the elevation's archive, 1 + i that of imagery layer i.
+/// A dataset's manifest and what is known of its archives' directories: where each tile's bytes lie. The
+/// files are the elevation's archives, one for each of its layers of significance, then one for each imagery
+/// layer.
 class Archives {
  public:
   /// The manifest came. Errors: it is none, or names no archive that a layer needs.
@@ -21,7 +22,15 @@ class Archives {
   const Manifest& manifest() const { return *manifest_; }
 
   int count() const { return static_cast<int>(files_.size()); }
-  static int fileOf(const TileKey& key) { return key.layer + 1; }
+  /// Of a tile that may be there: an elevation's layer of significance that the dataset has.
+  int fileOf(const TileKey& key) const {
+    return key.isElevation() ? key.significance() : elevationFiles() + key.layer;
+  }
+  TileKey keyOf(int file, TileId tile) const {
+    return file < elevationFiles() ? TileKey::elevation(tile, file) : TileKey{file - elevationFiles(), tile};
+  }
+  /// Does the file hold a later layer of significance? Such a one may be opened when it is needed.
+  bool isRefinement(int file) const { return file > 0 && file < elevationFiles(); }
   /// A request for bytes of an archive.
   FetchRequest request(int file, uint64_t offset, uint64_t bytes) const;
   /// The archive's first bytes, which hold its root directory: so many, if these are more; tiles follow.
@@ -29,8 +38,10 @@ class Archives {
   Status setFirstBytes(int file, const std::vector<uint8_t>& bytes);
   bool isOpen(int file) const { return files_[static_cast<size_t>(file)].index.has_value(); }
 
-  /// Only for open archives.
+  /// Of a refinement whose archive is not open yet, the directory that is needed is its first bytes. Other
+  /// archives must be open.
   PmtilesIndex::Found find(const TileKey& key) const;
+  /// What find() said to be needed.
   Status addDirectory(int file, PmtilesIndex::Place place, const std::vector<uint8_t>& bytes);
 
  private:
@@ -39,6 +50,8 @@ class Archives {
     uint64_t bytes = 0;
     std::optional<PmtilesIndex> index;
   };
+  int elevationFiles() const { return manifest_->scale.layerCount; }
+
   std::optional<Manifest> manifest_;
   std::vector<File> files_;
 };

@@ -9,6 +9,18 @@ namespace {
 SharedBytes unpackBytes(Unpacker& unpacker) {
   return std::make_shared<const std::vector<uint8_t>>(unpacker.array<uint8_t>());
 }
+/// Of a parent, what decoding a child reads.
+void packParent(Packer& packer, const TileSamples* parent, int quadrant) {
+  packer.value(static_cast<uint8_t>(parent != nullptr ? 1 : 0));
+  if (parent != nullptr) packQuadrant(packer, *parent, quadrant);
+}
+std::shared_ptr<const TileSamples> unpackParent(Unpacker& unpacker, int quadrant) {
+  if (unpacker.value<uint8_t>() == 0) return nullptr;
+  return std::make_shared<const TileSamples>(unpackQuadrant(unpacker, quadrant));
+}
+void packSamples(Packer& packer, const TileSamples& samples) {
+  pack(packer, samples);
+}
 void packTile(Packer& packer, const Tile& tile) {
   pack(packer, tile);
 }
@@ -24,18 +36,16 @@ DecodeElevation::Answer DecodeElevation::run() const {
 void DecodeElevation::pack(Packer& packer) const {
   packer.value(static_cast<int32_t>(quadrant));
   packer.value(scale);
-  packer.value(static_cast<uint8_t>(parent != nullptr ? 1 : 0));
   // note: the largest part first, so that there is room for all of it.
   packer.reserve(payload->size());
-  if (parent != nullptr) packQuadrant(packer, *parent, quadrant);
+  packParent(packer, parent.get(), quadrant);
   packer.array(*payload);
 }
 DecodeElevation DecodeElevation::unpack(Unpacker& unpacker) {
   DecodeElevation out;
   out.quadrant = unpacker.value<int32_t>();
   out.scale = unpacker.value<ElevationScale>();
-  if (unpacker.value<uint8_t>() != 0)
-    out.parent = std::make_shared<const TileSamples>(unpackQuadrant(unpacker, out.quadrant));
+  out.parent = unpackParent(unpacker, out.quadrant);
   out.payload = unpackBytes(unpacker);
   return out;
 }
@@ -44,6 +54,33 @@ void DecodeElevation::packAnswer(Packer& packer, const Answer& answer) {
 }
 DecodeElevation::Answer DecodeElevation::unpackAnswer(Unpacker& unpacker) {
   return unpackResult<Tile>(unpacker, unpackTile);
+}
+
+RefineElevation::Answer RefineElevation::run() const {
+  return refineTile(*payload, *before, parent.get(), quadrant, scale);
+}
+void RefineElevation::pack(Packer& packer) const {
+  packer.value(static_cast<int32_t>(quadrant));
+  packer.value(scale);
+  packer.reserve(payload->size());
+  packSamples(packer, *before);
+  packParent(packer, parent.get(), quadrant);
+  packer.array(*payload);
+}
+RefineElevation RefineElevation::unpack(Unpacker& unpacker) {
+  RefineElevation out;
+  out.quadrant = unpacker.value<int32_t>();
+  out.scale = unpacker.value<ElevationScale>();
+  out.before = std::make_shared<const TileSamples>(unpackSamples(unpacker));
+  out.parent = unpackParent(unpacker, out.quadrant);
+  out.payload = unpackBytes(unpacker);
+  return out;
+}
+void RefineElevation::packAnswer(Packer& packer, const Answer& answer) {
+  packResult(packer, answer, packSamples);
+}
+RefineElevation::Answer RefineElevation::unpackAnswer(Unpacker& unpacker) {
+  return unpackResult<TileSamples>(unpacker, unpackSamples);
 }
 
 SketchElevation::Answer SketchElevation::run() const {

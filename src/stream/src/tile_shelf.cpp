@@ -8,7 +8,8 @@ namespace terrane {
 uint64_t TileShelf::bytesOf(const Tile& tile) {
   const TileSamples& samples = tile.samples;
   return sizeof(Tile) + samples.heights.size() * sizeof(float) + samples.states.size() +
-         samples.coverage.bits.size() + tile.nodes.error.size() * 5 + tile.nodes.largeError.size();
+         samples.layers.size() + samples.coverage.bits.size() + tile.nodes.error.size() * 5 +
+         tile.nodes.largeError.size();
 }
 
 const ShelfEntry* TileShelf::find(const TileKey& key) const {
@@ -34,20 +35,23 @@ void TileShelf::setPayload(const TileKey& key, std::vector<uint8_t> payload, dou
   entry.payload = std::make_shared<const std::vector<uint8_t>>(std::move(payload));
 }
 
-void TileShelf::setTile(const TileKey& key, std::shared_ptr<const Tile> tile) {
-  ShelfEntry& entry = entries_[key];
-  if (entry.tile != nullptr) dropTile(key, entry);
+void TileShelf::setTile(TileId id, const std::shared_ptr<const Tile>& tile) {
+  // note: what was forgotten while its next layer was being decoded is here again, and with that layer.
+  const ShelfEntry& first = entries_[TileKey::elevation(id)];
+  if (first.tile != nullptr && first.tile->samples.layerCount >= tile->samples.layerCount) return;
+  if (first.tile != nullptr) dropTile(id);
   decodedBytes_ += bytesOf(*tile);
   ++decodedTiles_;
-  entry.tile = std::move(tile);
-  if (!key.tile.isRoot()) ++entries_[key.parent()].decodedChildren;
+  for (int i = 0; i < tile->samples.layerCount; ++i) entries_[TileKey::elevation(id, i)].tile = tile;
+  if (!id.isRoot()) ++entries_[TileKey::elevation(id.parent())].decodedChildren;
 }
 
-void TileShelf::dropTile(const TileKey& key, ShelfEntry& entry) {
-  decodedBytes_ -= bytesOf(*entry.tile);
+void TileShelf::dropTile(TileId id) {
+  const std::shared_ptr<const Tile> tile = entries_[TileKey::elevation(id)].tile;
+  decodedBytes_ -= bytesOf(*tile);
   --decodedTiles_;
-  entry.tile.reset();
-  if (!key.tile.isRoot()) --entries_[key.parent()].decodedChildren;
+  for (int i = 0; i < tile->samples.layerCount; ++i) entries_[TileKey::elevation(id, i)].tile.reset();
+  if (!id.isRoot()) --entries_[TileKey::elevation(id.parent())].decodedChildren;
 }
 
 void TileShelf::setPicture(const TileKey& key, std::shared_ptr<const ImageryTile> picture) {
@@ -95,16 +99,18 @@ void TileShelf::keepWithinBudgets(uint64_t turn) {
 
   // Decoded tiles: leaves first, round by round, since a parent becomes one when its last child goes.
   while (decodedBytes_ > budgets_.decodedBytes) {
-    std::vector<std::pair<uint64_t, TileKey>> candidates;
+    std::vector<std::pair<uint64_t, TileId>> candidates;
     for (const auto& [key, entry] : entries_) {
-      if (entry.tile == nullptr || entry.decodedChildren > 0 || entry.lastWanted == turn) continue;
-      if (!key.tile.isRoot() && held_.count(key.tile) == 0) candidates.emplace_back(entry.lastWanted, key);
+      if (entry.tile == nullptr || key.isRefinement()) continue;
+      if (entry.decodedChildren > 0 || entry.lastWanted == turn) continue;
+      if (!key.tile.isRoot() && held_.count(key.tile) == 0)
+        candidates.emplace_back(entry.lastWanted, key.tile);
     }
     if (candidates.empty()) break;
     std::sort(candidates.begin(), candidates.end());
-    for (const auto& [wanted, key] : candidates) {
+    for (const auto& [wanted, id] : candidates) {
       if (decodedBytes_ <= budgets_.decodedBytes) break;
-      dropTile(key, entries_[key]);
+      dropTile(id);
     }
   }
 

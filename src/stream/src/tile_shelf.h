@@ -16,20 +16,21 @@ namespace terrane {
 /// What is known of one tile.
 struct ShelfEntry {
   std::shared_ptr<const std::vector<uint8_t>> payload;  ///< as it came
-  std::shared_ptr<const Tile> tile;                     ///< decoded, elevation
-  std::shared_ptr<const ImageryTile> picture;           ///< decoded, imagery
-  std::vector<uint8_t> beginning;                       ///< of a root's payload, while the rest is to come
-  std::shared_ptr<const Tile> sketch;                   ///< from that beginning
-  std::shared_ptr<const ImageryTile> pictureSketch;     ///< likewise
-  uint64_t request = 0;                                 ///< that will bring it; 0: none
+  /// Decoded, elevation: with all layers of significance that are here, so one for this layer and others.
+  std::shared_ptr<const Tile> tile;
+  std::shared_ptr<const ImageryTile> picture;        ///< decoded, imagery
+  std::vector<uint8_t> beginning;                    ///< of a root's payload, while the rest is to come
+  std::shared_ptr<const Tile> sketch;                ///< from that beginning
+  std::shared_ptr<const ImageryTile> pictureSketch;  ///< likewise
+  uint64_t request = 0;                              ///< that will bring it; 0: none
   bool decoding = false;
-  bool alone = false;      ///< to be fetched by itself: a request with others failed
-  bool fresh = false;      ///< to be fetched past caches: it was damaged
-  int failures = 0;        ///< in a row
-  int damages = 0;         ///< of these, damaged answers
-  double notBefore = 0.0;  ///< seconds: the next try
-  bool lost = false;       ///< given up, at least until notBefore
-  int decodedChildren = 0;
+  bool alone = false;         ///< to be fetched by itself: a request with others failed
+  bool fresh = false;         ///< to be fetched past caches: it was damaged
+  int failures = 0;           ///< in a row
+  int damages = 0;            ///< of these, damaged answers
+  double notBefore = 0.0;     ///< seconds: the next try
+  bool lost = false;          ///< given up, at least until notBefore
+  int decodedChildren = 0;    ///< of an elevation's first layer
   uint64_t lastWanted = 0;    ///< turn
   double wantedSince = 0.0;   ///< seconds, without a turn in between
   double keepPriority = 0.0;  ///< of the payload, GreedyDual-Size
@@ -55,14 +56,16 @@ class TileShelf {
   /// `fetchCost`: what fetching it again would take, in bytes of line time.
   void setPayload(const TileKey& key, std::vector<uint8_t> payload, double fetchCost);
   void dropPayload(ShelfEntry& entry);
-  void setTile(const TileKey& key, std::shared_ptr<const Tile> tile);
+  /// An elevation tile with some of its layers of significance: it takes the place of what is here with
+  /// fewer, so that all layers share the one with most.
+  void setTile(TileId id, const std::shared_ptr<const Tile>& tile);
   void setPicture(const TileKey& key, std::shared_ptr<const ImageryTile> picture);
 
   /// Elevation tiles that stay, with their ancestors.
   void hold(std::span<const TileId> tiles);
   /// Forgets what is over the budgets: payloads of the least priority; of decoded tiles those that were not
   /// wanted for the longest time, never one that is held, whose child is decoded, or that was wanted in
-  /// `turn`.
+  /// `turn`. Whoever wants a layer of a tile wants those before it; a tile goes with all its layers.
   void keepWithinBudgets(uint64_t turn);
 
   uint64_t compressedBytes() const { return compressedBytes_; }
@@ -84,7 +87,7 @@ class TileShelf {
  private:
   static constexpr uint64_t kTypicalTileBytes = 340000;
 
-  void dropTile(const TileKey& key, ShelfEntry& entry);
+  void dropTile(TileId id);
   void dropPicture(ShelfEntry& entry);
 
   Budgets budgets_;

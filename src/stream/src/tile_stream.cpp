@@ -35,8 +35,10 @@ constexpr double kThinBytesPerSecond = 32e3;
 /// Over a line that brought the manifest at least as quickly, the coarsest tiles come along with directories:
 /// so much is asked for first. note: of so small an answer a quick line looks much slower than it is.
 constexpr double kQuickBytesPerSecond = 2.0 * kThinBytesPerSecond;
-/// Groups are the tiles so many levels below one tile: sixteen that lie together in the archive.
-constexpr int kGroupLevels = 2;
+/// Groups are the tiles so many levels below one tile, which lie together in the archive: sixteen, or more
+/// where they are small, as long as the line needs no more than this for all of them.
+constexpr int kGroupLevels = 2, kMostGroupLevels = 4;
+constexpr double kGroupSeconds = 0.02;
 /// Where so much of a group is here or wanted, the rest of it may come along.
 constexpr double kGroupShare = 0.4;
 /// For so long a request may have the line: what is urgent by then waits for it.
@@ -46,6 +48,9 @@ constexpr double kGapSeconds = 0.004;
 /// What may wait does so until a request would have the line for so long, but no longer than that.
 constexpr double kWorthStartingSeconds = 0.03;
 constexpr double kLongestWaitSeconds = 2.0;
+/// So does what hardly misses its target, but for less long.
+constexpr double kLittleExcess = 1.5;
+constexpr double kLittleSeconds = 0.25;
 /// Wishes with less chance than that are for later.
 constexpr double kSoonChance = 0.4;
 /// Of what a wish is worth at least, per pixel: once all else is here, targets are met as well.
@@ -154,12 +159,13 @@ class TileStream::State {
     bool isPart = false;                      ///< of the one tile, and not its end
     double started = 0.0;
   };
-  /// A wished tile, or an ancestor that it needs, in the order of what it is worth.
+  /// A wished tile, or one that it needs, in the order of what it is worth.
   struct Ranked {
     TileKey key;
-    double worthPerByte = 0.0;
-    bool isUrgent = true;  ///< of use now; else only perhaps, later
-    double chance = 1.0;   ///< the wish's
+    double worthPerByte = 0.0;  ///< of the wish
+    bool isUrgent = true;       ///< of use now; else only perhaps, later
+    double chance = 1.0;        ///< the wish's
+    double excess = 1.0;        ///< of the wish: its error now, in targets
   };
   /// Manifest, first bytes and directories have their own few tries.
   struct Tries {
@@ -172,6 +178,8 @@ class TileStream::State {
   void take(FetchAnswer answer) {
     const auto at = underway_.find(answer.id);
     if (at == underway_.end()) return;
+    // What made it fail is what it says, whatever comes after.
+    if (phase_ == StreamPhase::Failed) return;
     const Underway request = std::move(at->second);
     underway_.erase(at);
     if (answer.failure) {
@@ -199,6 +207,8 @@ class TileStream::State {
         if (const Status status = archives_.addDirectory(request.plan.file, request.places[0], answer.bytes);
             !status.ok())
           retryDirectory(request);
+        else if (request.plan.offset == 0)
+          keepFirstTiles(request.plan.file, answer.bytes);
         break;
       case What::Tiles:
         takeTiles(request, answer.bytes);
@@ -210,7 +220,7 @@ class TileStream::State {
   void keepFirstTiles(int file, const std::vector<uint8_t>& bytes) {
     std::vector<TileId> tiles = {TileId{}};
     for (size_t i = 0; i < tiles.size(); ++i) {
-      const TileKey key{file - 1, tiles[i]};
+      const TileKey key = archives_.keyOf(file, tiles[i]);
       const PmtilesIndex::Found found = archives_.find(key);
       if (found.kind != PmtilesIndex::Kind::Stored || found.place.offset + found.place.bytes > bytes.size())
         continue;
@@ -336,7 +346,7 @@ class TileStream::State {
       entry.pictureSketch.reset();
       ++statistics_.tilesDecoded;
       if (done.tile != nullptr)
-        shelf_.setTile(done.key, std::move(done.tile));
+        shelf_.setTile(done.key.tile, done.tile);
       else
         shelf_.setPicture(done.key, std::move(done.picture));
       news_.push_back(done.key);
@@ -383,12 +393,17 @@ class TileStream::State {
       return;
     }
     bool allOpen = true;
+    const bool isQuick = line_.bytesPerSecond() >= kQuickBytesPerSecond;
     for (int file = 0; file < archives_.count(); ++file) {
       if (archives_.isOpen(file)) continue;
+      // Nothing waits for refinements. Over a thin line, nothing coarser waits behind them, either.
+      if (archives_.isRefinement(file)) {
+        if (isQuick) startDirectory(archives_.keyOf(file, {}), options_.firstBytes);
+        continue;
+      }
       allOpen = false;
       if (!mayStart() || !isDue(file) || isUnderway(What::FirstBytes, file, 0)) continue;
-      const FetchRequest request = archives_.firstBytes(
-          file, line_.bytesPerSecond() >= kQuickBytesPerSecond ? options_.firstBytes : 0);
+      const FetchRequest request = archives_.firstBytes(file, isQuick ? options_.firstBytes : 0);
       start({.what = What::FirstBytes, .plan = {file, 0, request.bytes, {}}, .keys = {}, .places = {}},
             request);
     }
@@ -407,14 +422,16 @@ class TileStream::State {
     return wish.chance * std::max(wish.areaPixels, 1.0) * std::max(gain, least);
   }
 
+  /// Those of which a beginning is of use: not of refinements.
   std::vector<TileKey> roots() const {
     std::vector<TileKey> out;
     out.reserve(static_cast<size_t>(archives_.count()));
-    for (int file = 0; file < archives_.count(); ++file) out.push_back({file - 1, TileId{}});
+    for (int file = 0; file < archives_.count(); ++file)
+      if (!archives_.isRefinement(file)) out.push_back(archives_.keyOf(file, TileId{}));
     return out;
   }
 
-  /// Puts the wishes into order, each behind the ancestors that it needs.
+  /// Puts the wishes into order, each behind what it needs.
   void rank() {
     struct Scored {
       size_t index;
@@ -440,23 +457,30 @@ class TileStream::State {
       ranked_.push_back({root, 0.0, true});
     }
     for (const Scored& wish : scored) {
-      const TileKey& key = wishes_[wish.index].key;
-      std::vector<TileKey> chain = {key};
-      // Pictures decode by themselves; elevation needs its parents.
-      while (key.isElevation() && !chain.back().tile.isRoot()) {
-        const TileKey parent = chain.back().parent();
-        const ShelfEntry* entry = shelf_.find(parent);
-        if (entry != nullptr && (entry->isDecoded() || entry->lastWanted == turn_)) break;
-        chain.push_back(parent);
-      }
-      for (auto at = chain.rbegin(); at != chain.rend(); ++at) {
-        ShelfEntry& entry = shelf_.at(*at);
-        if (entry.lastWanted == turn_) continue;
-        if (entry.lastWanted + 1 < turn_) entry.wantedSince = now_;
-        entry.lastWanted = turn_;
-        ranked_.push_back({*at, wish.worthPerByte, wish.isUrgent, wishes_[wish.index].chance});
-      }
+      const StreamWish& of = wishes_[wish.index];
+      rankWithNeeds({of.key, wish.worthPerByte, wish.isUrgent, of.chance, of.nowPixels / of.targetPixels});
     }
+  }
+
+  /// Pictures decode by themselves. Elevation needs its parents, and a refinement what it adds to: that stays
+  /// wanted once it is decoded, or the tile might go while it is being refined.
+  void rankWithNeeds(const Ranked& ranked) {
+    const TileKey& key = ranked.key;
+    ShelfEntry& entry = shelf_.at(key);
+    if (entry.lastWanted == turn_) return;
+    if (entry.lastWanted + 1 < turn_) entry.wantedSince = now_;
+    entry.lastWanted = turn_;
+    const auto rankNeed = [&](const TileKey& need) {
+      Ranked before = ranked;
+      before.key = need;
+      rankWithNeeds(before);
+    };
+    if (key.isElevation() && !key.tile.isRoot()) {
+      const ShelfEntry* parent = shelf_.find(key.parent());
+      if (parent == nullptr || !parent->isDecoded()) rankNeed(key.parent());
+    }
+    if (key.isRefinement()) rankNeed(key.before());
+    ranked_.push_back(ranked);
   }
 
   /// Requests of which nothing is wanted any more, and whose bytes are not on the way yet.
@@ -478,17 +502,18 @@ class TileStream::State {
     }
   }
 
-  /// Is one of the tile's ancestors given up? Then it cannot be decoded.
-  bool isBelowLost(TileKey key) const {
+  /// Is one of the tiles that it needs given up: an ancestor, or what it refines? Then it cannot be decoded.
+  bool isBelowLost(const TileKey& key) const {
     if (!key.isElevation()) return false;
-    while (!key.tile.isRoot()) {
-      key = key.parent();
-      const ShelfEntry* entry = shelf_.find(key);
-      if (entry == nullptr) continue;
-      if (entry->isDecoded()) return false;
-      if (entry->lost) return true;
+    for (TileKey layer = key;; layer = layer.before()) {
+      for (TileKey need = layer;; need = need.parent()) {
+        const ShelfEntry* entry = need == key ? nullptr : shelf_.find(need);
+        if (entry != nullptr && entry->isDecoded()) break;
+        if (entry != nullptr && entry->lost) return true;
+        if (need.tile.isRoot()) break;
+      }
+      if (!layer.isRefinement()) return false;
     }
-    return false;
   }
 
   /// Hands what is here, and can be decoded, to the workers.
@@ -499,7 +524,9 @@ class TileStream::State {
       if (entry == nullptr || entry->payload == nullptr || entry->decoding || entry->isDecoded()) continue;
       const bool isElevation = ranked.key.isElevation();
       if (isElevation && !shelf_.hasRoomToDecode(ranked.isUrgent, decoding_)) continue;
-      if (isElevation)
+      if (ranked.key.isRefinement())
+        refineElevation(ranked.key, *entry);
+      else if (isElevation)
         decodeElevation(ranked.key, *entry);
       else
         decodePicture(ranked.key, *entry);
@@ -518,6 +545,23 @@ class TileStream::State {
     // note: before the root there is nothing to draw, and its way to a worker and back takes longer than it.
     if (key.tile.isRoot()) return takerOf(key, false)(order.run());
     workers_.order(std::move(order), takerOf(key, false));
+  }
+
+  void refineElevation(const TileKey& key, ShelfEntry& entry) {
+    const ShelfEntry* before = shelf_.find(key.before());
+    if (before == nullptr || before->tile == nullptr) return;
+    RefineElevation order{
+        entry.payload, {before->tile, &before->tile->samples}, nullptr, 0, archives_.manifest().scale};
+    if (!key.tile.isRoot()) {
+      const ShelfEntry* above = shelf_.find(key.parent());
+      if (above == nullptr || above->tile == nullptr) return;
+      order.parent = {above->tile, &above->tile->samples};
+      order.quadrant = key.tile.quadrant();
+    }
+    begin(entry);
+    Taker taker = takerOf(key, false);
+    taker.before = before->tile;
+    workers_.order(std::move(order), std::move(taker));
   }
 
   void decodePicture(const TileKey& key, ShelfEntry& entry) {
@@ -547,7 +591,17 @@ class TileStream::State {
     TileKey key;
     std::string where;
     bool isSketch = false;
+    std::shared_ptr<const Tile> before = nullptr;  ///< of a refinement, which leaves all but samples as is
 
+    void operator()(Result<TileSamples> samples) const {
+      Made made = begun();
+      if (samples.ok())
+        made.tile = std::make_shared<const Tile>(Tile{std::move(*samples), before->nodes, before->children});
+      else
+        made.problem = fmt::format("{}: layer {} of tile {}: {}", where, key.significance(),
+                                   toString(key.tile), samples.error().message);
+      hand(std::move(made));
+    }
     void operator()(Result<Tile> tile) const {
       Made made = begun();
       if (tile.ok())
@@ -576,7 +630,7 @@ class TileStream::State {
     }
   };
   Taker takerOf(const TileKey& key, bool isSketch) const {
-    return {finished_, key, transport_->where(), isSketch};
+    return {finished_, key, transport_->where(), isSketch, nullptr};
   }
 
   /// What of a tile is to be fetched next: all of it, or a part of a root that would take long.
@@ -588,7 +642,8 @@ class TileStream::State {
     Missing missing{place, false};
     missing.place.offset += entry.beginning.size();
     missing.place.bytes -= static_cast<decltype(place.bytes)>(entry.beginning.size());
-    if (!key.tile.isRoot() || options_.inOrder || line_.bytesPerSecond() >= kThinBytesPerSecond)
+    if (!key.tile.isRoot() || key.isRefinement() || options_.inOrder ||
+        line_.bytesPerSecond() >= kThinBytesPerSecond)
       return missing;
     const uint64_t part =
         std::max(kFirstPartBytes, static_cast<uint64_t>(kPartSeconds * line_.bytesPerSecond()));
@@ -619,26 +674,61 @@ class TileStream::State {
     if (options_.inOrder) return false;
     const double waited = now_ - entry.wantedSince;
     if (ranked.chance < kSoonChance) return waited < kLongestWaitSeconds;
+    if (ranked.excess < kLittleExcess && waited < kLittleSeconds) return true;
     return !underway_.empty() && waited < line_.latencySeconds();
+  }
+
+  static std::vector<TileKey> tilesBelow(const TileKey& of, int levels) {
+    const int side = 1 << levels;
+    std::vector<TileKey> out;
+    out.reserve(static_cast<size_t>(side * side));
+    for (int i = 0; i < side * side; ++i)
+      out.push_back(
+          {of.layer, {of.tile.level + levels, of.tile.col * side + i % side, of.tile.row * side + i / side}});
+    return out;
+  }
+  /// The group that sixteen tiles below one belong to: the tile that it lies below, and so many levels.
+  std::pair<TileKey, int> groupAround(TileKey of) {
+    const double most = kGroupSeconds * line_.bytesPerSecond();
+    int levels = kGroupLevels;
+    while (levels < kMostGroupLevels && !of.tile.isRoot() && bytesBelow(of.parent(), levels + 1) <= most) {
+      of = of.parent();
+      ++levels;
+    }
+    return {of, levels};
+  }
+  /// What the tiles so many levels below one have; infinite while not all directories are here. Asked for in
+  /// every frame, so remembered.
+  double bytesBelow(const TileKey& of, int levels) {
+    const auto known = bytesBelow_.find({of, levels});
+    if (known != bytesBelow_.end()) return known->second;
+    double bytes = 0.0;
+    for (const TileKey& key : tilesBelow(of, levels)) {
+      const PmtilesIndex::Found found = archives_.find(key);
+      if (found.kind == PmtilesIndex::Kind::InDirectory) return std::numeric_limits<double>::infinity();
+      if (found.kind == PmtilesIndex::Kind::Stored) bytes += static_cast<double>(found.place.bytes);
+    }
+    bytesBelow_[{of, levels}] = bytes;
+    return bytes;
   }
 
   /// Tiles of one group lie together in the archive. Where enough of a group is here or wanted, the rest of
   /// it may come along: it will most likely be wanted next, and by itself each tile would take a request.
   void addGroups(std::vector<FetchCandidate>& candidates, std::vector<TileKey>& keys,
                  std::vector<Missing>& missing) {
-    std::set<TileKey> groups;
+    std::set<std::pair<TileKey, int>> groups;
+    std::map<TileKey, std::pair<TileKey, int>> groupOf;  // of sixteen
     for (size_t i = 0; i < keys.size(); ++i) {
       if (keys[i].tile.level < kGroupLevels || candidates[i].alone) continue;
-      groups.insert({keys[i].layer, keys[i].tile.ancestor(keys[i].tile.level - kGroupLevels)});
+      const TileKey sixteen{keys[i].layer, keys[i].tile.ancestor(keys[i].tile.level - kGroupLevels)};
+      const auto [at, isNew] = groupOf.try_emplace(sixteen);
+      if (isNew) at->second = groupAround(sixteen);
+      groups.insert(at->second);
     }
-    for (const TileKey& group : groups) {
+    for (const auto& [group, levels] : groups) {
       int stored = 0, known = 0;
       std::vector<std::pair<TileKey, PmtilesIndex::Place>> others;
-      const int side = 1 << kGroupLevels;
-      for (int i = 0; i < side * side; ++i) {
-        const TileKey key{group.layer,
-                          {group.tile.level + kGroupLevels, group.tile.col * side + i % side,
-                           group.tile.row * side + i / side}};
+      for (const TileKey& key : tilesBelow(group, levels)) {
         const PmtilesIndex::Found found = archives_.find(key);
         if (found.kind != PmtilesIndex::Kind::Stored) continue;
         ++stored;
@@ -652,7 +742,7 @@ class TileStream::State {
       }
       if (known < kGroupShare * stored) continue;
       for (const auto& [key, place] : others) {
-        candidates.push_back({Archives::fileOf(key), place.offset, place.bytes, 0.0, false, true, true});
+        candidates.push_back({archives_.fileOf(key), place.offset, place.bytes, 0.0, false, true, true});
         keys.push_back(key);
         missing.push_back({place, false});
       }
@@ -671,12 +761,14 @@ class TileStream::State {
       if (entry.isDecoded() || entry.payload != nullptr || entry.request != 0 || entry.decoding) continue;
       if (now_ < entry.notBefore || isBelowLost(ranked.key)) continue;
       const PmtilesIndex::Found found = archives_.find(ranked.key);
-      if (found.kind == PmtilesIndex::Kind::InDirectory) startDirectory(ranked.key, found.place);
+      // Over a thin line, not before all that comes first.
+      if (found.kind == PmtilesIndex::Kind::InDirectory && !(first && ranked.key.isRefinement()))
+        startDirectory(ranked.key);
       if (found.kind != PmtilesIndex::Kind::Stored) continue;
       if (first && !(ranked.key == *first)) continue;
       missing.push_back(missingOf(ranked.key, entry, found.place));
       const bool isByItself = entry.alone || missing.back().isPart || !entry.beginning.empty();
-      candidates.push_back({Archives::fileOf(ranked.key), missing.back().place.offset,
+      candidates.push_back({archives_.fileOf(ranked.key), missing.back().place.offset,
                             missing.back().place.bytes, ranked.worthPerByte, isByItself,
                             mayWait(ranked, entry), false});
       keys.push_back(ranked.key);
@@ -716,8 +808,14 @@ class TileStream::State {
     }
   }
 
-  void startDirectory(const TileKey& key, PmtilesIndex::Place place) {
-    const int file = Archives::fileOf(key);
+  /// Asks for the directory that find() needs to tell of a tile, if it does.
+  /// `firstBytes`: of an archive that is not open, at least so many, tiles among them.
+  void startDirectory(const TileKey& key, uint64_t firstBytes = 0) {
+    auto [kind, place] = archives_.find(key);
+    if (kind != PmtilesIndex::Kind::InDirectory) return;
+    const int file = archives_.fileOf(key);
+    if (!archives_.isOpen(file))
+      place.bytes = static_cast<decltype(place.bytes)>(archives_.firstBytes(file, firstBytes).bytes);
     const auto tries = directoryTries_.find({file, place.offset});
     if (tries != directoryTries_.end() && now_ < tries->second.notBefore) return;
     if (!mayStart() || isUnderway(What::Directory, file, place.offset)) return;
@@ -763,6 +861,7 @@ class TileStream::State {
   std::vector<Ranked> ranked_;
   std::map<int, Tries> openingTries_;
   std::map<std::pair<int, uint64_t>, Tries> directoryTries_;
+  std::map<std::pair<TileKey, int>, double> bytesBelow_;
   int offlineTries_ = 0;
   double offlineUntil_ = 0.0;
   int decoding_ = 0;
@@ -803,7 +902,7 @@ bool TileStream::isLost(const TileKey& key) const {
   return entry != nullptr && entry->lost;
 }
 std::shared_ptr<const Tile> TileStream::elevation(TileId id) const {
-  const ShelfEntry* entry = state_->shelf().find(TileKey{TileKey::kElevation, id});
+  const ShelfEntry* entry = state_->shelf().find(TileKey::elevation(id));
   if (entry == nullptr) return nullptr;
   return entry->tile != nullptr ? entry->tile : entry->sketch;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <random>
+#include <set>
 
 #include "terrane/codec/elevation_codec.h"
 
@@ -48,16 +49,28 @@ Tile childTile(const Tile& parent, int quadrant) {
   return tile;
 }
 
+void expectSame(const TileSamples& a, const TileSamples& b) {
+  EXPECT_EQ(a.heights, b.heights);
+  EXPECT_EQ(a.states, b.states);
+  EXPECT_EQ(a.coverage.kind, b.coverage.kind);
+  EXPECT_EQ(a.coverage.bits, b.coverage.bits);
+  EXPECT_EQ(a.layerCount, b.layerCount);
+  EXPECT_EQ(a.layers, b.layers);
+}
+void expectSame(const Result<TileSamples>& a, const Result<TileSamples>& b) {
+  ASSERT_EQ(a.ok(), b.ok());
+  if (a.ok())
+    expectSame(*a, *b);
+  else
+    EXPECT_EQ(a.error().message, b.error().message);
+}
 void expectSame(const Result<Tile>& a, const Result<Tile>& b) {
   ASSERT_EQ(a.ok(), b.ok());
   if (!a.ok()) {
     EXPECT_EQ(a.error().message, b.error().message);
     return;
   }
-  EXPECT_EQ(a->samples.heights, b->samples.heights);
-  EXPECT_EQ(a->samples.states, b->samples.states);
-  EXPECT_EQ(a->samples.coverage.kind, b->samples.coverage.kind);
-  EXPECT_EQ(a->samples.coverage.bits, b->samples.coverage.bits);
+  expectSame(a->samples, b->samples);
   EXPECT_EQ(a->nodes.error, b->nodes.error);
   EXPECT_EQ(a->nodes.largeError, b->nodes.largeError);
   EXPECT_EQ(a->nodes.low, b->nodes.low);
@@ -123,6 +136,75 @@ TEST(DecodeOrders, ElevationTravels) {
   }
 }
 
+/// Puts samples into layers, each by its place: those of the root on every 8th, which are on every 16th of
+/// its children, stay in the first.
+void putIntoLayers(TileSamples& samples, const TileSamples* parent, int quadrant, int layerCount) {
+  samples.layerCount = layerCount;
+  samples.layers.assign(kTileSampleCount, 0);
+  for (int y = 0; y < kTileSamples; ++y)
+    for (int x = 0; x < kTileSamples; ++x) {
+      uint8_t& layer = samples.layers[static_cast<size_t>(y * kTileSamples + x)];
+      const int parentX = (quadrant & 1) * kTileCells / 2 + x / 2;
+      const int parentY = (quadrant >> 1) * kTileCells / 2 + y / 2;
+      if (parent != nullptr && x % 2 == 0 && y % 2 == 0)
+        layer = parent->layers[static_cast<size_t>(parentY * kTileSamples + parentX)];
+      else if (x % 8 != 0 || y % 8 != 0)
+        layer = static_cast<uint8_t>((x * 5 + y * 3) % layerCount);
+    }
+}
+
+TEST(DecodeOrders, RefinementsTravel) {
+  constexpr int kLayers = 3;
+  ElevationScale scale = kScale;
+  scale.layerCount = kLayers;
+  for (const bool hasVoid : {false, true}) {
+    Tile root = rootTile(hasVoid);
+    putIntoLayers(root.samples, nullptr, 0, kLayers);
+    const auto sharedSamples = [](TileSamples samples) {
+      return std::make_shared<const TileSamples>(std::move(samples));
+    };
+    // The parent may have as many layers, or more.
+    for (int layer = 1; layer < kLayers; ++layer) {
+      const RefineElevation order{shared(encodeRefinement(root.samples, nullptr, 0, layer, scale)),
+                                  sharedSamples(samplesOfLayer(root.samples, layer - 1)), nullptr, 0, scale};
+      ASSERT_TRUE(order.run().ok());
+      EXPECT_EQ(order.run()->heights, samplesOfLayer(root.samples, layer).heights);
+      EXPECT_EQ(order.run()->layerCount, layer + 1);
+      expectToTravel(order);
+    }
+    for (int quadrant = 0; quadrant < 4; ++quadrant) {
+      Tile child = childTile(root, quadrant);
+      putIntoLayers(child.samples, &root.samples, quadrant, kLayers);
+      for (int layer = 0; layer < kLayers; ++layer) {
+        for (int parentLayer = layer; parentLayer < kLayers; ++parentLayer) {
+          const auto parent = sharedSamples(samplesOfLayer(root.samples, parentLayer));
+          const TileSamples all = samplesOfLayer(child.samples, layer);
+          if (layer == 0) {
+            const DecodeElevation order{shared(encodeTile(child, &root.samples, quadrant, scale)), parent,
+                                        quadrant, scale};
+            ASSERT_TRUE(order.run().ok());
+            EXPECT_EQ(order.run()->samples.heights, all.heights);
+            expectToTravel(order);
+            continue;
+          }
+          RefineElevation order{
+              shared(encodeRefinement(child.samples, &root.samples, quadrant, layer, scale)),
+              sharedSamples(samplesOfLayer(child.samples, layer - 1)), parent, quadrant, scale};
+          ASSERT_TRUE(order.run().ok());
+          EXPECT_EQ(order.run()->heights, all.heights);
+          EXPECT_EQ(order.run()->states, all.states);
+          expectToTravel(order);
+          std::vector<uint8_t> damaged = *order.payload;
+          damaged[damaged.size() / 2] ^= 1;
+          order.payload = shared(damaged);
+          ASSERT_FALSE(order.run().ok());
+          expectToTravel(order);
+        }
+      }
+    }
+  }
+}
+
 TEST(DecodeOrders, WhatCannotBeDecodedSaysSoInTheSameWords) {
   std::vector<uint8_t> payload = encodeTile(rootTile(false), nullptr, 0, kScale);
   payload[payload.size() / 2] ^= 1;
@@ -172,9 +254,9 @@ TEST(DecodeOrders, WebpTravelsWholeCutAndDamaged) {
 
 /// No order's number stands for two.
 TEST(DecodeOrders, KindsAreOfOneTypeEach) {
-  EXPECT_NE(DecodeElevation::kKind, SketchElevation::kKind);
-  EXPECT_NE(DecodeElevation::kKind, DecodePicture::kKind);
-  EXPECT_NE(SketchElevation::kKind, DecodePicture::kKind);
+  const std::set<uint32_t> kinds = {DecodeElevation::kKind, RefineElevation::kKind, SketchElevation::kKind,
+                                    DecodePicture::kKind};
+  EXPECT_EQ(kinds.size(), 4U);
 }
 
 }  // namespace

@@ -8,7 +8,8 @@
 
 namespace terrane {
 
-/// Builds the dataset of the stream tests.
+/// Builds the dataset of the stream tests: without layers of significance, which those that need them make
+/// of it (layered_dataset.h).
 inline Status buildHills(const std::string& output) {
   BuildOptions options;
   options.output = output;

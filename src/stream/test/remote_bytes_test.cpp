@@ -6,6 +6,8 @@
 #include <random>
 #include <set>
 
+#include "layered_dataset.h"
+#include "made_dataset.h"
 #include "scripted_server.h"
 #include "terrane/stream/open_dataset.h"
 
@@ -167,6 +169,32 @@ TEST_F(RemoteBytesTest, WhatCannotBeHadIsSaidAtOnce) {
   EXPECT_FALSE(open(server)->read(std::vector<FileRange>{{"a.pmtiles", 0, 1000}}).ok());
   EXPECT_EQ(server.requests().size() - before, 4U);
   EXPECT_FALSE(openDataset(server.url()).ok());
+}
+
+TEST_F(RemoteBytesTest, ADatasetIsReadInAllItsLayersOfSignificance) {
+  const TemporaryDirectory folder;
+  const auto plain = Dataset::open(madeDataset(folder));
+  ASSERT_TRUE(plain.ok()) << plain.error().message;
+  std::map<TileId, Tile> tiles = decodedTiles(*plain);
+  constexpr int kLayers = 3;
+  putIntoLayers(tiles, plain->manifest().frame.finestLevel, kLayers);
+  const std::string layered = folder.file("layered.terrane");
+  ASSERT_TRUE(writeLayeredDataset(*plain, tiles, kLayers, layered).ok());
+
+  ScriptedServer server([&](const Request& request) {
+    return ScriptedServer::honest(request, readWholeFile(layered + "/" + nameOf(request)));
+  });
+  const auto dataset = openDataset(server.url());
+  ASSERT_TRUE(dataset.ok()) << dataset.error().message;
+  EXPECT_EQ(dataset->manifest().scale.layerCount, kLayers);
+  for (const auto& [id, tile] : tiles) {
+    const auto payloads = dataset->readAllLayers(id);
+    ASSERT_TRUE(payloads.ok() && payloads->has_value()) << toString(id);
+    const auto read = decodeAllLayers(**payloads, id.isRoot() ? nullptr : &tiles.at(id.parent()).samples,
+                                      id.isRoot() ? 0 : id.quadrant(), dataset->manifest().scale);
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    EXPECT_EQ(read->samples.heights, tile.samples.heights) << toString(id);
+  }
 }
 
 }  // namespace

@@ -6,11 +6,11 @@
 #include <map>
 #include <random>
 
+#include "layered_dataset.h"
 #include "made_dataset.h"
+#include "streaming.h"
 #include "temporary_directory.h"
-#include "terrane/codec/elevation_codec.h"
 #include "terrane/dataset/dataset.h"
-#include "terrane/stream/simulated_line.h"
 
 /// Streams in simulated time: the line's clock is a number.
 namespace terrane {
@@ -31,52 +31,13 @@ class TileStreamTest : public ::testing::Test {
 
   /// All tiles, decoded straight from the files.
   static const std::map<TileId, Tile>& truth() {
-    static const std::map<TileId, Tile> tiles = [] {
-      std::map<TileId, Tile> out;
-      std::vector<TileId> ids = dataset_->elevationTiles();
-      std::sort(ids.begin(), ids.end());
-      for (const TileId id : ids) {
-        const auto payload = dataset_->readElevation(id);
-        auto tile = decodeTile(**payload, id.isRoot() ? nullptr : &out.at(id.parent()).samples,
-                               id.isRoot() ? 0 : id.quadrant(), dataset_->manifest().scale);
-        EXPECT_TRUE(tile.ok());
-        out.emplace(id, std::move(*tile));
-      }
-      return out;
-    }();
+    static const std::map<TileId, Tile> tiles = decodedTiles(*dataset_);
     return tiles;
   }
 
-  struct Streaming {
-    std::unique_ptr<Workers> workers = makeInlineWorkers();
-    SimulatedLine* line = nullptr;
-    std::unique_ptr<TileStream> stream;
-    double now = 0.0;
-
-    void step(double seconds, double until = 1.0 / 60.0) {
-      for (const double end = now + seconds; now < end;) {
-        now += until;
-        stream->poll(now);
-      }
-    }
-    bool open() {
-      while (stream->phase() == StreamPhase::Opening && now < 60.0) step(0.01);
-      return stream->phase() == StreamPhase::Ready;
-    }
-    /// Until nothing more can come; how long that took.
-    double settle(double most) {
-      const double begun = now;
-      while (!stream->isIdle() && now < begun + most) step(0.01);
-      return now - begun;
-    }
-  };
   static Streaming streaming(LineModel model, const StreamOptions& options = {},
                              const LineFaults& faults = {}) {
-    Streaming out;
-    auto line = std::make_unique<SimulatedLine>(dataset_->directory(), model, faults);
-    out.line = line.get();
-    out.stream = std::make_unique<TileStream>(std::move(line), *out.workers, options);
-    return out;
+    return {dataset_->directory(), model, options, faults};
   }
   /// Directories come by themselves, so that every tile is asked for.
   static StreamOptions nothingAlong() {
@@ -85,7 +46,7 @@ class TileStreamTest : public ::testing::Test {
     return out;
   }
   static StreamWish wishFor(TileId id, double now = 8.0, double area = 1000.0) {
-    return {{TileKey::kElevation, id}, now, now / 2.0, 1.0, area, 1.0};
+    return wishForTile(TileKey::elevation(id), now, area);
   }
   static std::vector<StreamWish> allWishes() {
     std::vector<StreamWish> out;

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,11 @@ struct BuildOptions {
   std::string optionsText;   ///< for the manifest
   std::string attribution;
   ImageryOptions imagery;
+  /// The bounds of all layers of significance but the last, metres, falling; empty: one layer, or with
+  /// `layersBySpacing` as many as the ground's spacing allows where samples are left to interpolation.
+  /// Datasets that are added to have one.
+  std::vector<double> layerErrors;
+  bool layersBySpacing = false;
   const std::atomic<bool>* cancel = nullptr;  ///< once true, the build ends with an error; may be null
 };
 
@@ -33,9 +39,9 @@ struct StageReport {
 /// What a build did, for people and for --json.
 struct BuildReport {
   uint64_t tiles = 0;
-  uint64_t tilesCopied = 0;  ///< of these, taken from the dataset that was added to as they were
-  uint64_t archiveBytes = 0;
-  double samples = 0.0;  ///< samples with data, of all inputs on their native levels
+  uint64_t tilesCopied = 0;   ///< of these, taken from the dataset that was added to as they were
+  uint64_t archiveBytes = 0;  ///< of the elevation, all layers together
+  double samples = 0.0;       ///< samples with data, of all inputs on their native levels
   double bitsPerSample = 0.0;
   uint64_t imageryTiles = 0;  ///< of all layers
   uint64_t imageryBytes = 0;

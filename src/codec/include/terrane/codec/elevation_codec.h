@@ -21,9 +21,15 @@ TileSamples interpolateSamples(const TileSamples& parent, int quadrant);
 /// and the summary's range; edge-centres on its border may have larger codes in the neighbour that is stored.
 Tile interpolateTile(const Tile& parent, int quadrant);
 
-/// Encodes a tile. `parent` is null for the root only. Precondition: samples that the parent holds are equal
-/// in both, Interpolated and Void samples have the height that interpolateSamples() gives them, Coded ones
-/// lie on the scale's step.
+/// A tile's samples as the layers up to `layer` have them: Coded ones of later layers are Interpolated, and
+/// what is not Coded has the mean of its ends. `layer` is one that is here. Precondition: the world's corners
+/// and all samples with a half-size of 16 and more are of the first layer. Cost: a pass over the tile; a copy
+/// where all are here.
+TileSamples samplesOfLayer(const TileSamples& samples, int layer);
+
+/// Encodes a tile; of one whose samples are in layers, the first. `parent` is null for the root only.
+/// Precondition: samples that the parent holds are equal in both, Interpolated and Void samples have the
+/// height that interpolateSamples() gives them, Coded ones lie on the scale's step.
 std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int quadrant,
                                 const ElevationScale& scale);
 
@@ -33,6 +39,16 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
 /// megabyte that is fresh from the system takes as long as decoding a thousand samples.
 Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* parent, int quadrant,
                         const ElevationScale& scale, Tile recycled = {});
+
+/// Encodes what a layer of significance after the first adds to a tile (docs/format/refinement-v1.md).
+/// `tile`, `parent`: with this layer and perhaps more.
+std::vector<uint8_t> encodeRefinement(const TileSamples& tile, const TileSamples* parent, int quadrant,
+                                      int layer, const ElevationScale& scale);
+
+/// A tile with one layer more: `before` has all layers before it and no other, `parent` at least it. The
+/// layer is before.layerCount. Errors: like decodeTile(), and a layer that the dataset does not have.
+Result<TileSamples> refineTile(std::span<const uint8_t> payload, const TileSamples& before,
+                               const TileSamples* parent, int quadrant, const ElevationScale& scale);
 
 /// The world's root tile from the beginning of its payload: as many levels of samples as are whole, every
 /// 16th at least, means between them, and codes of nodes that claim no more than is known. It looks like the

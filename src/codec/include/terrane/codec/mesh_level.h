@@ -24,12 +24,31 @@ struct MeshScale {
   double boundSpacings = 2.0;
   double spacingMeters = 1.0;  ///< of the finest data level, the larger of x and y
   int finestLevel = 0;
+  /// Layers of significance, and how far the samples of each are from those of all, metres
+  /// (ElevationScale::layerOffset()).
+  int layerCount = 1;
+  std::array<double, ElevationScale::kMostLayers> layerOffsets{};
+  double sampleErrorMeters = 0.0;  ///< of all layers together
 
   static MeshScale of(const Frame& frame, const ElevationScale& scale);
   /// Bound of the patches of a bintree level, metres; 0 from deepestLevel() on: all that is known.
   double boundMeters(int bintreeLevel) const;
   /// The deepest bintree level: where the finest tiles' patches have 16 cells along a leg.
   int deepestLevel() const { return 2 * finestLevel + kDeepestOfFinest; }
+
+  /// By how much more than its nodes' codes say a tile may be off the source while only layers up to this one
+  /// are used. Of the finest tiles that is known better: a layer's samples keep to its bound themselves.
+  double layerOffset(int layer, bool isFinest) const {
+    const double offset = layerOffsets[static_cast<size_t>(layer)];
+    return isFinest && layer + 1 < layerCount ? offset - 2.0 * sampleErrorMeters : offset;
+  }
+  /// Which layers of significance the meshes of a bintree level are made of: those up to this one. Samples
+  /// may take a share of the level's bound; a level alone decides, so that neighbours are made of the same.
+  int layerOf(int bintreeLevel) const;
+
+  /// The least error that meshes of a bintree level state, metres: their bound, or what layers of
+  /// significance leave of it.
+  double leastStatedMeters(int bintreeLevel) const;
 
   /// Mesh levels of a tile: from the first on, at least to the last of its own; beyond, where no deeper tile
   /// is stored, to the deepest.
@@ -69,14 +88,14 @@ struct MeshLevel {
   }
 };
 
-/// The largest error that a tile's meshes of a level state over one of its quadrants: known before they are
-/// made. Some hundred nanoseconds.
+/// The largest error that a tile's meshes of a level state over one of its quadrants: known before they, or
+/// the layers that they are made of, are there. Some hundred nanoseconds.
 double statedErrorOver(int quadrant, TileId id, const Tile& tile, int level, const MeshScale& meshScale,
                        const ElevationScale& scale);
 
-/// Makes a mesh level of a tile. `before`: the level before of the same tile or, for a tile's first level,
-/// the last own one of its parent; null for the world's first. A pure function, any thread; one to
-/// three milliseconds.
+/// Makes a mesh level of a tile, which must have the layers that it is made of. `before`: the level before of
+/// the same tile or, for a tile's first level, the last own one of its parent; null for the world's first. A
+/// pure function, any thread; one to three milliseconds.
 MeshLevel makeMeshLevel(TileId id, const Tile& tile, int level, const MeshLevel* before,
                         const MeshScale& meshScale, const ElevationScale& scale);
 

@@ -37,6 +37,15 @@ struct TileSamples {
   std::vector<float> heights;       ///< kTileSampleCount, metres, finite
   std::vector<SampleState> states;  ///< kTileSampleCount
   Coverage coverage;
+  /// How many of the dataset's layers of significance are here (ElevationScale::layerCount), from the first.
+  int layerCount = 1;
+  /// In which layer each sample is, meaningful where it is Coded; empty where only the first is here, or all
+  /// are of it. A sample that a layer codes has its height for good; where a layer does not, it is the mean
+  /// of its hypotenuse's ends, as these are there (samplesOfLayer()).
+  std::vector<uint8_t> layers;
+
+  /// The layer of a Coded sample.
+  int layerAt(size_t index) const { return layers.empty() ? 0 : int{layers[index]}; }
 };
 
 /// The error and height range of each of a tile's nodes (tiling/node_layout.h), as codes.
@@ -83,10 +92,22 @@ struct ElevationScale {
   double rangeBase = 0.0;     ///< metres; range code c is rangeBase + c * rangeUnit
   double rangeUnit = 1.0;     ///< metres
   double sampleError = 0.0;   ///< metres; how far samples may be off the source, part of every node's codes
+  /// Layers of significance: samples come in so many, those that are far off what coarser ones make of them
+  /// first. 1: all at once.
+  int layerCount = 1;
+  static constexpr int kMostLayers = 4;
+  /// metres; by how much the surface that the layers up to this one make may be off the source, falling; of
+  /// the last one sampleError counts.
+  std::array<double, kMostLayers> layerErrors{};
   /// How much finer ground leaves the plane between samples, typically, in their spacings. Says nothing of
   /// codes: meshes are made for it. This one, an alpine one, where a dataset does not tell.
   double roughness = 0.4;
 
+  /// metres; how far, at most, samples are from where all layers have them while those up to `layer` are
+  /// here.
+  double layerOffset(int layer) const {
+    return layer + 1 < layerCount ? layerErrors[static_cast<size_t>(layer)] + sampleError : 0.0;
+  }
   /// The height of q; the same float on every machine.
   float heightFromInteger(int64_t q) const {
     return static_cast<float>(heightOffset + static_cast<double>(q) * heightStep);

@@ -35,6 +35,10 @@ struct ArchiveRecord {
   std::string sha256;
 };
 
+/// The archive of a layer of significance of the elevation: "elevation.pmtiles" for the first, 0, for later
+/// ones "elevation-1.pmtiles" and so on.
+std::string elevationArchiveName(int layer);
+
 /// One layer of pictures over the ground.
 struct ImageryLayerRecord {
   std::string name;                              ///< letters, digits, '-' and '_', at most 64
@@ -68,9 +72,9 @@ struct Manifest {
   double minHeight = 0.0;  ///< metres, over ground
   double maxHeight = 0.0;
   double maxErrorMeters = 0.0;  ///< stated bound |dataset - source| at the finest level; 0 for lossless
-  ElevationScale scale;
-  uint64_t tileCount = 0;     ///< stored elevation tiles
-  double coveredCells = 0.0;  ///< cells of the finest level that are ground
+  ElevationScale scale;         ///< its layers of significance are those of the elevation archives
+  uint64_t tileCount = 0;       ///< stored elevation tiles
+  double coveredCells = 0.0;    ///< cells of the finest level that are ground
   /// The share of the root's samples with ground that stand at 0, within the bound: where it is not next to
   /// none, the heights have a level sea there. Nothing in older datasets.
   std::optional<double> zeroShare;
@@ -82,6 +86,9 @@ struct Manifest {
   std::string builtBy;       ///< "terrane 0.1.0"
   std::string buildOptions;  ///< the options that shaped the result, as on the command line
 };
+
+/// The bytes of all elevation archives together.
+uint64_t elevationBytes(const Manifest& manifest);
 
 /// The manifest as JSON text, with "manifestSha256" over the whole text with that member's 64 digits taken as
 /// zeros: no byte of it can change unseen.

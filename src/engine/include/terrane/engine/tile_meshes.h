@@ -32,7 +32,8 @@ class TileMeshes {
   size_t sizeBytes() const { return sizeBytes_; }
 
   /// What answers a wish: the wished level and, of a tile's own levels, those after it, which will be wished
-  /// next. A pure function, any thread; some milliseconds. The level before must be made.
+  /// next, as far as the tile has the layers that they are made of. A pure function, any thread; some
+  /// milliseconds. The level before must be made.
   struct Order {
     TileId id;
     int level = 0;

@@ -36,6 +36,7 @@ struct Patch {
 /// A tile that would improve the picture if it were here, and by how much it matters. All numbers are finite.
 struct TileWish {
   TileId tile;
+  int layer = 0;                  ///< layers of significance up to this one
   float errorPixels = 0.0F;       ///< largest error on screen of the patches that wait for it
   float errorAfterPixels = 0.0F;  ///< an estimate of what is left of it once the tile is here
   float areaPixels = 0.0F;        ///< about as much of the picture shows the diamonds that wait; at least 1

@@ -18,13 +18,30 @@ struct DecodeElevation {
   static constexpr uint32_t kKind = 1;
   using Answer = Result<Tile>;
   SharedBytes payload;
-  std::shared_ptr<const TileSamples> parent;  ///< null for the root
+  std::shared_ptr<const TileSamples> parent;  ///< with any layers of significance; null for the root
   int quadrant = 0;                           ///< of the parent
   ElevationScale scale;
 
   Answer run() const;
   void pack(Packer& packer) const;
   static DecodeElevation unpack(Unpacker& unpacker);
+  static void packAnswer(Packer& packer, const Answer& answer);
+  static Answer unpackAnswer(Unpacker& unpacker);
+};
+
+/// An elevation tile's samples with one layer of significance more, from its refinement's payload.
+struct RefineElevation {
+  static constexpr uint32_t kKind = 4;
+  using Answer = Result<TileSamples>;
+  SharedBytes payload;
+  std::shared_ptr<const TileSamples> before;  ///< the tile's, with all layers before this one and no other
+  std::shared_ptr<const TileSamples> parent;  ///< with this layer at least; null for the root
+  int quadrant = 0;                           ///< of the parent
+  ElevationScale scale;
+
+  Answer run() const;
+  void pack(Packer& packer) const;
+  static RefineElevation unpack(Unpacker& unpacker);
   static void packAnswer(Packer& packer, const Answer& answer);
   static Answer unpackAnswer(Unpacker& unpacker);
 };

@@ -70,6 +70,9 @@ struct StreamStatistics {
 /// aside, and keeps it within budgets (docs/architecture.md, "Streaming"). Nothing here waits. One thread;
 /// the workers have their own.
 ///
+/// A dataset's later layers of significance are opened beside all else, and a tile is what it is with those
+/// that could be had: where a refinement is given up, the layers before it stand for the tile.
+///
 /// Over a thin line roots come in parts, and are sketched from what is there (isSketch()) until they are
 /// whole: they stand for everything.
 ///
@@ -92,22 +95,27 @@ class TileStream {
 
   /// Takes in what has come, and starts what can be started. `nowSeconds` must not run backwards.
   void poll(double nowSeconds);
-  /// Replaces what is wished for. Elevation tiles may be wished for before their parents: these come first.
+  /// Replaces what is wished for. Elevation tiles may be wished for before their parents, and in a layer of
+  /// significance before they are here in those before it: all that is needed comes along, and first.
   void want(std::span<const StreamWish> wishes);
-  /// Elevation tiles that must stay decoded, their ancestors with them, until the next call.
+  /// Elevation tiles that must stay decoded, with all layers that they have and their ancestors with them,
+  /// until the next call.
   void hold(std::span<const TileId> tiles);
 
   /// Is the tile in its archive? Where the directory has not come yet: perhaps, and it will be fetched.
   bool isStored(const TileKey& key) const;
   /// Will it not come, for now?
   bool isLost(const TileKey& key) const;
-  /// A decoded tile, or null. Stays valid as long as the pointer is held, whatever the stream forgets.
+  /// A decoded tile with as many layers of significance as are here (TileSamples::layerCount), or null;
+  /// another pointer takes its place when it gets more. Stays valid as long as the pointer is held, whatever
+  /// the stream forgets.
   std::shared_ptr<const Tile> elevation(TileId id) const;
   std::shared_ptr<const ImageryTile> picture(const TileKey& key) const;
   /// Is what elevation() or picture() gives a root of which only a beginning is here? No child comes before
   /// it is whole; another pointer then takes its place.
   bool isSketch(const TileKey& key) const;
-  /// The tiles that have been decoded since the last call, parents before children.
+  /// The tiles that have been decoded since the last call, parents before children, each layer of
+  /// significance by itself.
   std::vector<TileKey> takeNews();
 
   /// Nothing is under way, and nothing that is wished for can still come.
