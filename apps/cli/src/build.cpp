@@ -25,6 +25,7 @@ constexpr const char* kExamples =
     "  terrane build dem.tif -o photo.terrane --imagery photo.tif\n"
     "  terrane build dem.tif -o all.terrane --imagery land=b4.tif+b3.tif+b2.tif photo=west.tif east.tif\n"
     "  terrane build new/*.tif -o all.terrane --append              on top of a dataset that is there\n"
+    "  terrane build lidar/ -o valley.terrane --spacing 2           coarser than the files\n"
     "  terrane build old.asc -o old.terrane --source-crs EPSG:31467 --nodata -9999\n"
     "\n"
     "A build works in NAME.terrane.partial, beside the output. There it takes, with the result, 7 to 9 bytes "
@@ -186,7 +187,7 @@ void addBuildCommand(CLI::App& app, CommandContext& context) {
       "--append", options->append, "Lay the inputs over the dataset that stands there, on its samples");
   append->excludes(overwrite);
   addSourceOptions(*command, source);
-  for (const char* option : {"--crs", "--lossless", "--max-error"})
+  for (const char* option : {"--crs", "--lossless", "--max-error", "--spacing", "--resampling"})
     append->excludes(command->get_option(option));
   command
       ->add_option("--layers", options->layers,

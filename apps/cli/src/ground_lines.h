@@ -9,10 +9,9 @@
 
 namespace terrane::cli {
 
-/// Lines of a GeoJSON file whose coordinates are eastings and northings of the dataset's CRS: lines, outlines
-/// of polygons, points as dots. Properties as simplestyle has them: "stroke" (#rrggbb), "stroke-opacity",
-/// "stroke-width" in pixels; or "stroke-meters", a width on the ground. Errors: the file, and what in it is
-/// not so; none of it lying on the dataset, as where it is in another CRS.
+/// Lines of a vector file, in whatever format and CRS GDAL knows, brought onto the dataset: those that come
+/// into its rectangle (bake/vector_file.h). Colours are "#rgb" or "#rrggbb", a width in metres goes before
+/// one in pixels. Errors: the file's, and a colour that is none.
 Result<std::vector<GroundLine>> readGroundLines(const std::string& path, const Manifest& manifest);
 
 }  // namespace terrane::cli

@@ -359,7 +359,7 @@ constexpr const char* kExamples =
     "  terrane render alps.terrane -o frozen.png --look-from above --freeze-at E,N,H/E,N,H --outline "
     "patches\n"
     "  terrane render alps.terrane -o where.png --position where.tif --stats where.json\n"
-    "  terrane render alps.terrane -o tour.png --lines tour.geojson\n"
+    "  terrane render alps.terrane -o tour.png --lines tour.gpx\n"
     "  terrane render alps.terrane -o flight.mp4 --flight bench/flights/valley.json\n"
     "  terrane render alps.terrane -o frame_%05d.png --flight bench/flights/valley.json --fps 10";
 
@@ -443,9 +443,10 @@ void addRenderCommand(CLI::App& app, CommandContext& context) {
   command->add_option("--palette", options->palette, "colours of the shaded mode")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "land", "grey"}));
-  command->add_option("--lines", options->lines,
-                      "GeoJSON in the dataset's CRS: lines that lie on the ground (stroke, stroke-opacity, "
-                      "stroke-width, stroke-meters)");
+  command->add_option(
+      "--lines", options->lines,
+      "A vector file (GeoJSON, GPX, KML, GeoPackage, shapefile, ...): lines that lie on the ground; "
+      "attributes stroke, stroke-opacity, stroke-width and stroke-meters say how they look");
   command->add_option("--pass", options->passes,
                       "GLSL of a stage over the picture: vec3 apply(Ground ground) (docs/architecture.md); "
                       "several run in their order");

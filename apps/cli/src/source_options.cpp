@@ -16,6 +16,14 @@ void addSourceOptions(CLI::App& command, SourceOptions& source) {
       .add_option("--max-error", source.maxErrorMeters,
                   "Largest error of a height in metres (default for others: spacing / 200)")
       ->excludes(lossless);
+  command.add_option("--spacing", source.spacing,
+                     "Distance of the finest samples, in units of the dataset's CRS (default: the finest "
+                     "input's)");
+  const auto names = resamplingNames();
+  command
+      .add_option("--resampling", source.resampling, "How samples are made where an input has to be warped")
+      ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())))
+      ->capture_default_str();
 }
 
 std::string describeSource(const SourceOptions& source) {
@@ -26,6 +34,8 @@ std::string describeSource(const SourceOptions& source) {
   if (source.noData) add(fmt::format("--nodata {}", *source.noData));
   if (source.lossless) add("--lossless");
   if (source.maxErrorMeters) add(fmt::format("--max-error {}", *source.maxErrorMeters));
+  if (source.spacing) add(fmt::format("--spacing {}", *source.spacing));
+  if (source.resampling != SourceOptions{}.resampling) add("--resampling " + source.resampling);
   return text;
 }
 

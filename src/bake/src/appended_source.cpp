@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -100,12 +102,25 @@ Status checkBase(const Dataset& dataset) {
   return {};
 }
 
+// Laying a file over itself changes nothing where it lies on top, and brings it back to the top where not.
+void warnOfRepeats(const std::vector<InputRecord>& added, const Manifest& manifest, Progress& progress) {
+  for (const InputRecord& input : added) {
+    const auto same = [&](const InputRecord& other) {
+      return !input.sha256.empty() && input.sha256 == other.sha256;
+    };
+    const auto before = std::find_if(manifest.inputs.begin(), manifest.inputs.end(), same);
+    if (before == manifest.inputs.end()) continue;
+    progress.warn(fmt::format("{}: is in the dataset already{}; it is laid on top again", input.name,
+                              before->name == input.name ? "" : ", as " + before->name));
+  }
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Source>> openAppendedSource(const SourceOptions& options, const std::string& directory,
                                                    Progress& progress) {
-  TERRANE_CHECK(options.crs.empty() && !options.lossless && !options.maxErrorMeters, "options of {}",
-                directory);
+  TERRANE_CHECK(options.crs.empty() && !options.lossless && !options.maxErrorMeters && !options.spacing,
+                "options of {}", directory);
   // note: the hash before the dataset. Should another one take its place in between, they do not agree, and
   // the build says so.
   AppendBase base;
@@ -125,6 +140,7 @@ Result<std::unique_ptr<Source>> openAppendedSource(const SourceOptions& options,
   }
   TERRANE_ASSIGN(PlacedSource placed, placeOnto(std::move(rasters), manifest, directory));
   TERRANE_TRY(hashInputs(placed, progress));
+  warnOfRepeats(placed.plan.inputs, manifest, progress);
   // A fault that is built upon would be vouched for by the new dataset's hashes.
   TERRANE_TRY(checkArchives(*base.dataset, progress));
   return std::unique_ptr<Source>(

@@ -118,7 +118,7 @@ class RasterReader final : public SourceReader {
     }
     if (input.warped) {
       TERRANE_ASSIGN(fresh.warper, Warper::open(input.raster, *fresh.dataset, source_->plan.crsWkt,
-                                                source_->geoTransform(input.nativeLevel)));
+                                                source_->geoTransform(input.nativeLevel), input.kernel));
     }
     open_.push_front(std::move(fresh));
     byIndex_[index] = open_.begin();

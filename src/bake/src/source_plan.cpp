@@ -112,6 +112,29 @@ std::optional<GridFit> fitGrid(const Candidate& candidate, const SampleGrid& gri
   return GridFit{coarser, std::llround(grid.col(candidate.west)), std::llround(grid.row(candidate.north))};
 }
 
+// The grid that the user asks for: of an input where one has that spacing, else on multiples of it.
+Result<SampleGrid> gridOfSpacing(double spacing, const std::vector<Candidate>& candidates) {
+  if (!(spacing > 0.0 && std::isfinite(spacing)))
+    return makeError("--spacing {}: must be a distance in units of the dataset's CRS, above 0", spacing);
+  const auto finest =
+      std::min_element(candidates.begin(), candidates.end(),
+                       [](const Candidate& a, const Candidate& b) { return a.spacingX < b.spacingX; });
+  if (spacing < finest->spacingX * (1.0 - kWarpSlack)) {
+    return makeError(
+        "--spacing {:g}: the finest input has a sample every {:g} units of the dataset's CRS; closer ones "
+        "would "
+        "show nothing more. Give {:g} or more",
+        spacing, finest->spacingX, finest->spacingX);
+  }
+  const auto same = [&](double other) { return std::abs(other / spacing - 1.0) <= kSpacingTolerance; };
+  for (const Candidate& candidate : candidates) {
+    if (candidate.gridLike && same(candidate.spacingX) && same(candidate.spacingY))
+      return SampleGrid{candidate.spacingX, candidate.spacingY, candidate.west, candidate.north};
+  }
+  return SampleGrid{spacing, spacing, std::ceil(finest->west / spacing) * spacing,
+                    std::floor(finest->north / spacing) * spacing};
+}
+
 int64_t floorMod(int64_t a, int64_t b) {
   return ((a % b) + b) % b;
 }
@@ -202,7 +225,7 @@ InputRecord recordOf(const PlacedInput& input) {
           .dataType = GDALGetDataTypeName(raster.type),
           .sourceCrs = crsWkt(raster.crs),
           .warped = input.warped,
-          .resampling = input.warped ? "cubic" : "",
+          .resampling = input.warped ? input.kernel.resampling : "",
           .nativeLevel = input.nativeLevel,
           .noData = raster.voidText()};
 }
@@ -282,7 +305,12 @@ Result<PlacedSource> placeInputs(std::vector<InputRaster> inputs, const SourceOp
   for (const auto& error : errors) {
     if (!error.empty()) return Error{error};
   }
-  const SampleGrid grid = chooseGrid(candidates);
+  SampleGrid grid;
+  if (options.spacing) {
+    TERRANE_ASSIGN(grid, gridOfSpacing(*options.spacing, candidates));
+  } else {
+    grid = chooseGrid(candidates);
+  }
   plan.frame.spacingX = grid.spacingX;
   plan.frame.spacingY = grid.spacingY;
 
@@ -355,6 +383,7 @@ Result<PlacedSource> placeInputs(std::vector<InputRaster> inputs, const SourceOp
       placed.coarser = coarser;
     } else {
       placed.warped = true;
+      placed.kernel.resampling = options.resampling;
       const double ratio = candidate.spacingX / std::min(grid.spacingX, grid.spacingY);
       placed.coarser =
           std::clamp(static_cast<int>(std::floor(std::log2(ratio * (1.0 + kWarpSlack)))), 0, kMaxLevel);
@@ -366,6 +395,13 @@ Result<PlacedSource> placeInputs(std::vector<InputRaster> inputs, const SourceOp
       const auto end = [&](double place, int64_t origin) {
         return static_cast<int64_t>(std::floor((place - static_cast<double>(origin)) / scale + kEdge)) + 1;
       };
+      // note: whoever is a little finer only, by a rule of thumb, is taken as it is.
+      if (ratio < 1.0 - 2.0 * kWarpSlack) {
+        placed.kernel.scaleX =
+            std::min(1.0, (candidate.east - candidate.west) / grid.spacingX / inputs[i].width);
+        placed.kernel.scaleY =
+            std::min(1.0, (candidate.north - candidate.south) / grid.spacingY / inputs[i].height);
+      }
       placed.firstCol = first(grid.col(candidate.west), originCol);
       placed.firstRow = first(grid.row(candidate.north), originRow);
       placed.cols = std::max<int64_t>(0, end(grid.col(candidate.east), originCol) - placed.firstCol);

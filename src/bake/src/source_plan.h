@@ -7,6 +7,7 @@
 #include "input_raster.h"
 #include "terrane/bake/source.h"
 #include "terrane/base/result.h"
+#include "warp.h"
 
 namespace terrane {
 
@@ -14,7 +15,8 @@ namespace terrane {
 struct PlacedInput {
   InputRaster raster;
   bool warped = false;
-  int coarser = 0;  ///< levels above the finest
+  WarpKernel kernel;  ///< where warped
+  int coarser = 0;    ///< levels above the finest
   int nativeLevel = 0;
 
   /// The samples of its native level that it may have, as a rectangle of that level's lattice.

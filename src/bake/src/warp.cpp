@@ -6,19 +6,40 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "input_crs.h"
+#include "terrane/bake/source.h"
 
 namespace terrane {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-// Two steps of the kernel's reach beyond what a straight line between a window's ends leaves out.
-constexpr const char* kSourceExtra = "16";
+// Pixels of the input: two steps of the kernel's reach beyond what a straight line between a window's ends
+// leaves out.
+constexpr double kSourceExtra = 16.0;
+
+struct NamedResampling {
+  const char* name;
+  GDALResampleAlg algorithm;
+};
+constexpr NamedResampling kResamplings[] = {{"near", GRA_NearestNeighbour},
+                                            {"bilinear", GRA_Bilinear},
+                                            {"cubic", GRA_Cubic},
+                                            {"cubicspline", GRA_CubicSpline},
+                                            {"lanczos", GRA_Lanczos}};
+
+std::optional<GDALResampleAlg> resamplingNamed(const std::string& name) {
+  for (const NamedResampling& one : kResamplings) {
+    if (name == one.name) return one.algorithm;
+  }
+  return std::nullopt;
+}
 
 struct WarpOptionsDeleter {
   void operator()(GDALWarpOptions* options) const { GDALDestroyWarpOptions(options); }
@@ -39,6 +60,16 @@ double roundSpacing(double spacing) {
 }
 
 }  // namespace
+
+std::span<const char* const> resamplingNames() {
+  static const auto names = [] {
+    std::array<const char*, std::size(kResamplings)> all{};
+    std::transform(std::begin(kResamplings), std::end(kResamplings), all.begin(),
+                   [](const NamedResampling& one) { return one.name; });
+    return all;
+  }();
+  return names;
+}
 
 Result<WarpPlan> planWarp(const InputRaster& raster, GDALDataset& dataset, const std::string& targetWkt) {
   const GdalMessages messages;
@@ -92,8 +123,13 @@ Result<WarpPlan> planWarp(const InputRaster& raster, GDALDataset& dataset, const
 
 Result<std::unique_ptr<Warper>> Warper::open(const InputRaster& raster, GDALDataset& dataset,
                                              const std::string& targetWkt,
-                                             const std::array<double, 6>& geoTransform) {
+                                             const std::array<double, 6>& geoTransform,
+                                             const WarpKernel& kernel) {
   const GdalMessages messages;
+  const auto algorithm = resamplingNamed(kernel.resampling);
+  TERRANE_CHECK(
+      algorithm && kernel.scaleX > 0.0 && kernel.scaleX <= 1.0 && kernel.scaleY > 0.0 && kernel.scaleY <= 1.0,
+      "'{}', {} x {}", kernel.resampling, kernel.scaleX, kernel.scaleY);
   std::unique_ptr<Warper> warper(new Warper(raster));
   warper->transformer_ = createTransformer(raster, dataset, targetWkt);
   if (warper->transformer_ == nullptr) {
@@ -104,7 +140,7 @@ Result<std::unique_ptr<Warper>> Warper::open(const InputRaster& raster, GDALData
 
   const std::unique_ptr<GDALWarpOptions, WarpOptionsDeleter> options(GDALCreateWarpOptions());
   options->hSrcDS = GDALDataset::ToHandle(&dataset);
-  options->eResampleAlg = GRA_Cubic;
+  options->eResampleAlg = *algorithm;
   options->eWorkingDataType = GDT_Float32;
   options->pfnTransformer = GDALGenImgProjTransform;
   options->pTransformerArg = warper->transformer_;
@@ -126,11 +162,13 @@ Result<std::unique_ptr<Warper>> Warper::open(const InputRaster& raster, GDALData
 
   // note: left to itself GDAL derives the kernel's width from the window at hand.
   char** list = nullptr;
-  list = CSLSetNameValue(list, "XSCALE", "1");
-  list = CSLSetNameValue(list, "YSCALE", "1");
+  list = CSLSetNameValue(list, "XSCALE", fmt::format("{}", kernel.scaleX).c_str());
+  list = CSLSetNameValue(list, "YSCALE", fmt::format("{}", kernel.scaleY).c_str());
   list = CSLSetNameValue(list, "INIT_DEST", "NO_DATA");
   list = CSLSetNameValue(list, "UNIFIED_SRC_NODATA", "YES");
-  list = CSLSetNameValue(list, "SOURCE_EXTRA", kSourceExtra);
+  list =
+      CSLSetNameValue(list, "SOURCE_EXTRA",
+                      fmt::format("{:.0f}", kSourceExtra / std::min(kernel.scaleX, kernel.scaleY)).c_str());
   options->papszWarpOptions = list;
   if (warper->operation_.Initialize(options.get()) != CE_None) {
     return makeError("{}: cannot be warped ({})", raster.path, messages.reason("GDAL refuses"));

@@ -25,7 +25,16 @@ struct WarpPlan {
 /// target's domain.
 Result<WarpPlan> planWarp(const InputRaster& raster, GDALDataset& dataset, const std::string& targetWkt);
 
-/// Warps one input onto a lattice, window by window: cubic, float32, exact transformer. Any two windows
+/// How samples are made from an input's.
+struct WarpKernel {
+  std::string resampling = "cubic";  ///< of resamplingNames()
+  /// The input's pixels a sample of the lattice, inverted: where below 1, the kernel is as wide as its
+  /// samples.
+  double scaleX = 1.0;
+  double scaleY = 1.0;
+};
+
+/// Warps one input onto a lattice, window by window: float32, exact transformer. Any two windows
 /// agree bit for bit where they overlap: the kernel has one fixed width, and always takes the same path.
 class Warper {
  public:
@@ -33,7 +42,8 @@ class Warper {
   /// the warper; both belong to one thread.
   static Result<std::unique_ptr<Warper>> open(const InputRaster& raster, GDALDataset& dataset,
                                               const std::string& targetWkt,
-                                              const std::array<double, 6>& geoTransform);
+                                              const std::array<double, 6>& geoTransform,
+                                              const WarpKernel& kernel);
   ~Warper();
   Warper(const Warper&) = delete;
   Warper& operator=(const Warper&) = delete;

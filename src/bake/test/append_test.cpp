@@ -169,6 +169,17 @@ TEST_F(AppendTest, TheSameHeightsAgainChangeNothing) {
   EXPECT_EQ(report.tilesCopied, report.tiles);
 }
 
+TEST_F(AppendTest, AFileThatIsThereAlreadyIsToldOf) {
+  writeRaster(path("a.tif"), windowOf(0, 0, 300, 300, ground));
+  writeRaster(path("b.tif"), windowOf(200, 0, 300, 300, ground));
+  ASSERT_TRUE(buildOf({path("a.tif")}, "a.terrane").ok());
+  fs::copy_file(path("a.tif"), path("copy.tif"));
+  ListeningProgress listening;
+  ASSERT_TRUE(openAppendedSource(from({path("copy.tif"), path("b.tif")}), path("a.terrane"), listening).ok());
+  ASSERT_EQ(listening.warnings.size(), 1U) << listening.all();
+  EXPECT_HAS(listening.all(), "copy.tif: is in the dataset already, as a.tif");
+}
+
 TEST_F(AppendTest, HolesAreFilled) {
   const auto hole = [](int x, int y) { return std::hypot(x - 700, y - 600) < 150 ? kVoid : ground(x, y); };
   const auto lone = [](int x, int y) { return noiseAt(x, y, 8) < 0.002 ? ground(x, y) : kVoid; };

@@ -393,6 +393,67 @@ TEST(Source, WarpedHeightsAreTheGroundsHeights) {
   EXPECT_GT(seen, 2000);
 }
 
+TEST(Source, TakesASpacingOfOnesChoice) {
+  // Waves of four samples of 10 m over a plane: seen by every third or fourth sample alone they would beat.
+  TempFolder folder;
+  const auto plane = [](double easting, double northing) {
+    return 300.0 + 0.02 * (easting - 500000.0) + 0.01 * (northing - 5000000.0);
+  };
+  writeRaster(folder / "a.tif", {.width = 400, .height = 300, .heightAt = [&](int c, int r) {
+                                   return plane(500000.0 + 10.0 * c, 5000000.0 - 10.0 * r) +
+                                          (c % 4 < 2 ? 5.0 : -5.0);
+                                 }});
+  auto options = from({folder / "a.tif"});
+  options.spacing = 45.0;
+  const auto source = open(options);
+  ASSERT_TRUE(source);
+  const SourcePlan& plan = source->plan();
+  EXPECT_EQ(plan.frame.spacingX, 45.0);
+  EXPECT_EQ(plan.frame.spacingY, 45.0);
+  EXPECT_EQ(std::fmod(plan.frame.originEasting, 45.0), 0.0);
+  EXPECT_EQ(std::fmod(plan.frame.originNorthing, 45.0), 0.0);
+  EXPECT_NEAR(static_cast<double>(plan.extentCols), 400 * 10.0 / 45.0, 1.0);
+  EXPECT_TRUE(plan.inputs[0].warped);
+  const auto offPlane = [&](const std::string& resampling) {
+    options.resampling = resampling;
+    const auto other = open(options);
+    EXPECT_EQ(other->plan().inputs[0].resampling, resampling);
+    const auto tile = read(*other, {plan.frame.finestLevel, 0, 0});
+    double most = 0.0;
+    for (int y = 2; y < 60; ++y) {
+      for (int x = 2; x < 80; ++x) {
+        const double at = plane(plan.frame.originEasting + 45.0 * x, plan.frame.originNorthing - 45.0 * y);
+        EXPECT_FALSE(tile.voidAt(x, y)) << x << " " << y;
+        most = std::max(most, std::abs(tile.at(x, y) - at));
+      }
+    }
+    return most;
+  };
+  EXPECT_LT(offPlane("cubic"), 1.5);
+  EXPECT_LT(offPlane("bilinear"), 1.5);
+  EXPECT_GT(offPlane("near"), 4.0);
+
+  // An input's own spacing, or none that is finer than all of them.
+  options.spacing = 10.0;
+  EXPECT_FALSE(open(options)->plan().inputs[0].warped);
+  options.spacing = 4.0;
+  EXPECT_HAS(openError(options), "--spacing 4");
+  EXPECT_HAS(openError(options), "every 10");
+  options.spacing = std::nan("");
+  EXPECT_HAS(openError(options), "--spacing");
+
+  // Of several inputs the one that has it lends its grid, the finer ones are warped onto it.
+  writeRaster(folder / "b.tif",
+              {.width = 60, .height = 60, .geoTransform = {499993.0, 30.0, 0.0, 5000007.0, 0.0, -30.0}});
+  options = from({folder / "a.tif", folder / "b.tif"});
+  options.spacing = 30.0;
+  const auto both = open(options);
+  ASSERT_TRUE(both);
+  EXPECT_TRUE(both->plan().inputs[0].warped);
+  EXPECT_FALSE(both->plan().inputs[1].warped);
+  EXPECT_EQ(both->plan().inputs[0].nativeLevel, both->plan().frame.finestLevel);
+}
+
 TEST(Source, ChoosesTheHeightStep) {
   TempFolder folder;
   writeRaster(folder / "int.tif", {.type = GDT_Int16});

@@ -4,6 +4,7 @@ import {
   clickGround,
   downloaded,
   dropFiles,
+  kPatience,
   lastToast,
   launch,
   lookDown,
@@ -558,14 +559,23 @@ test("files: GPX tracks and routes lie where GDAL puts them", async () => {
     places.map((place) => [place.easting, place.northing]),
   );
   const points = (tag) => degrees.map(([x, y]) => `<${tag} lat="${y}" lon="${x}"><ele>1</ele></${tag}>`).join("");
-  const gpx = `<?xml version="1.0"?><gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><wpt lat="1" lon="1"/><trk><name>Walk &amp; rest</name><trkseg>${points("trkpt")}</trkseg><trkseg>${points("trkpt")}</trkseg></trk><rte><name>Way</name>${points("rtept")}</rte></gpx>`;
+  const gpx = `<?xml version="1.0"?><gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><wpt lat="${degrees[0][1]}" lon="${degrees[0][0]}"><name>Hut</name></wpt><trk><name>Walk &amp; rest</name><trkseg>${points("trkpt")}</trkseg><trkseg>${points("trkpt")}</trkseg></trk><rte><name>Way</name>${points("rtept")}</rte></gpx>`;
   await dropFiles(page, [{ name: "walk.gpx", text: gpx }]);
-  await lastToast(page, "2 lines from “walk.gpx”, 1 single point left out");
+  await lastToast(page, "2 lines and 1 point from “walk.gpx”");
   const parts = await storedParts();
-  assert.equal(parts.length, 3);
+  assert.deepEqual(parts.map((part) => part.length), [3, 3, 3, 1]);
   for (const part of parts)
     part.forEach((point, i) => assert.ok(Math.hypot(point.easting - places[i].easting, point.northing - places[i].northing) < 0.05));
-  assert.equal(await page.evaluate(() => window.terraneApp.lines.lines[0].name), "Walk & rest");
+  assert.deepEqual(await page.evaluate(() => window.terraneApp.lines.lines.map((line) => line.name)), ["Walk & rest", "Way", "Hut"]);
+
+  // A point is a dot in the picture, a row without a profile, and a point again when saved.
+  await page.keyboard.press("b");
+  assert.deepEqual(await page.locator(".line-row button[title=Profile]").evaluateAll((all) => all.map((button) => button.hidden)), [false, false, true]);
+  assert.match(await page.locator(".line-foot .number").last().innerText(), /^1 point$/);
+  const { bytes } = await downloaded(page, () => page.locator("#panel-lines [data-do=save]").click());
+  assert.deepEqual(JSON.parse(bytes.toString()).features.map(({ geometry }) => geometry.type), ["MultiLineString", "LineString", "Point"]);
+  await page.keyboard.press("Escape");
+  await page.evaluate(() => window.terraneApp.panels.close());
   await removeAll();
   await lookDown(page);
 });
@@ -810,8 +820,8 @@ test("files: what cannot be used is said, and nothing breaks", async () => {
     ["topo.json", '{"type":"Topology"}', /unknown type/],
     ["far.geojson", '{"type":"LineString","coordinates":[[1,2],[1,"x"]]}', /no pair of numbers/],
     ["null.geojson", '{"type":"FeatureCollection","features":null}', /no list/],
-    ["points.geojson", '{"type":"MultiPoint","coordinates":[[1,2],[3,4]]}', /no lines, only 2 single points/],
-    ["point.geojson", '{"type":"Point","coordinates":[1,2]}', /no lines, only 1 single point\./],
+    ["points.geojson", '{"type":"MultiPoint","coordinates":[[1,2],[3]]}', /no pair of numbers/],
+    ["none.geojson", '{"type":"FeatureCollection","features":[]}', /no lines, areas or points/],
     ["space.geojson", '{"type":"LineString","coordinates":[[1e300,2],[3,4]]}', /the place 1e\+300, 2 has none in/],
     ["deep.geojson", deep, /too deep/],
     [
@@ -836,6 +846,35 @@ test("files: what cannot be used is said, and nothing breaks", async () => {
   await lastToast(page, "lies beside this dataset’s ground");
   await removeAll();
   assert.deepEqual(page.errors, []);
+});
+
+test("lines are there again when the page is opened again, and only over their dataset", async () => {
+  const place = await placeAt(page, 0.5, 0.3);
+  await page.evaluate(({ easting, northing }) => {
+    const { lines } = window.terraneApp;
+    lines.add("Kept", [[{ easting, northing }, { easting: easting + 1000.1234, northing }], [{ easting, northing }]], { color: "#102030" });
+    const gone = lines.add("Gone", [[{ easting, northing }, { easting, northing: northing + 500 }]]);
+    lines.change(lines.lines[0].id, { name: "Renamed <b>", width: 40, widthUnit: "meters" });
+    lines.remove(gone.id);
+  }, place);
+  // Left at once: what was just drawn is kept as well.
+  await page.reload();
+  await page.waitForFunction(() => window.terraneApp !== undefined, undefined, { timeout: kPatience });
+  const kept = await page.evaluate(() => window.terraneApp.lines.lines);
+  assert.equal(kept.length, 1);
+  assert.deepEqual([kept[0].name, kept[0].color, kept[0].width, kept[0].widthUnit], ["Renamed <b>", "#102030", 40, "meters"]);
+  assert.deepEqual(kept[0].parts.map((part) => part.length), [2, 1]);
+  assert.ok(near(kept[0].parts[0][1].easting, place.easting + 1000.1234, 1e-3));
+  assert.equal(await page.evaluate(() => window.terraneViewer.lines.size), 2);
+
+  // What somebody else wrote there is no reason not to open.
+  await page.evaluate(() => {
+    for (const key of Object.keys(localStorage)) localStorage.setItem(key, '[{"name": 3}, {"name": "x", "parts": [[]]}, null]');
+  });
+  await page.reload();
+  await page.waitForFunction(() => window.terraneApp !== undefined, undefined, { timeout: kPatience });
+  assert.equal(await page.evaluate(() => window.terraneApp.lines.lines.length), 0);
+  await lookDown(page);
 });
 
 test("files: thousands of segments in one file are one row, and are drawn", async () => {

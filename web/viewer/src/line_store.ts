@@ -16,6 +16,7 @@ export interface LineStyle {
 export interface GroundLine extends LineStyle {
   id: string;
   name: string;
+  /** A part of one point is a dot. */
   parts: Point[][];
 }
 
@@ -26,6 +27,7 @@ export class LineStore {
   private readonly all = new Map<string, GroundLine>();
   private readonly shown = new Map<string, string[]>();
   private readonly listeners = new Set<() => void>();
+  private readonly editListeners = new Set<() => void>();
   private count = 0;
 
   constructor(private readonly viewer: Viewer) {}
@@ -37,6 +39,11 @@ export class LineStore {
   onChange(listener: () => void): () => void {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
+  }
+  /** Told when something of a line becomes another, too. */
+  onEdit(listener: () => void): () => void {
+    this.editListeners.add(listener);
+    return () => this.editListeners.delete(listener);
   }
 
   /** `style`: what is left out is chosen here. */
@@ -62,6 +69,7 @@ export class LineStore {
     if (line === undefined) return;
     Object.assign(line, change);
     this.show(line);
+    for (const listener of this.editListeners) listener();
   }
 
   remove(id: string): void {
@@ -84,7 +92,7 @@ export class LineStore {
   }
 
   private tell(): void {
-    for (const listener of this.listeners) listener();
+    for (const listener of [...this.listeners, ...this.editListeners]) listener();
   }
 }
 
@@ -99,4 +107,10 @@ export function boundsOf(parts: Iterable<Point[]>): Bounds | null {
       out.north = Math.max(out.north, northing);
     }
   return out.west <= out.east ? out : null;
+}
+
+/** A tenth more on each side, and never nothing. */
+export function padded(bounds: Bounds): Bounds {
+  const pad = Math.max(0.1 * (bounds.east - bounds.west), 0.1 * (bounds.north - bounds.south), 50);
+  return { west: bounds.west - pad, south: bounds.south - pad, east: bounds.east + pad, north: bounds.north + pad };
 }

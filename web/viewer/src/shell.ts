@@ -6,6 +6,7 @@ import { groundScaleOf } from "./geo/ground_scale.js";
 import { openFiles } from "./geo/open_file.js";
 import { type Projection, projectionOf } from "./geo/projection.js";
 import { listenToKeys } from "./keys.js";
+import { keepLines } from "./line_keeper.js";
 import { LineStore } from "./line_store.js";
 import { el } from "./parts/dom.js";
 import { askForFiles, listenToDrops } from "./parts/drop.js";
@@ -66,6 +67,7 @@ export function makeShell(
     },
   };
 
+  keepLines(app.lines, dataset, choice.url);
   const help = makeHelp();
   app.panels.use(app);
   const navigation = makeNavigation(app);

@@ -4,14 +4,12 @@ import type { LineStyle } from "../line_store.js";
 export interface ForeignLine {
   name: string;
   style: Partial<LineStyle>;
-  /** x and y, as in the file. */
+  /** x and y, as in the file; a part of one place is a point. */
   parts: [number, number][][];
 }
 
 export interface ForeignLines {
   lines: ForeignLine[];
-  /** What was in the file and is no line. */
-  pointsLeftOut: number;
   /** The CRS that the file names, and its EPSG number if it has one; absent: it names none. */
   crsName?: string;
   epsg?: number;
@@ -23,6 +21,11 @@ export class FileError extends Error {}
 export const kMostBytes = 64 * 2 ** 20;
 /** More than anybody draws; the picture would take its time. */
 export const kMostPoints = 500_000;
+
+/** Points are dots, which a line's usual width would hardly show. */
+export function isOfPoints(line: { parts: readonly unknown[][] }): boolean {
+  return line.parts.every((part) => part.length === 1);
+}
 
 /** Counts points, so that a file does not bring more than can be drawn. */
 export class PointBudget {

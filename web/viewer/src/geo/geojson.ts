@@ -4,10 +4,10 @@ import { readStyle, writeStyle } from "./line_style.js";
 
 const kDeepest = 16;
 
-/** The lines and outlines in a GeoJSON document (RFC 7946, and the `crs` member of the one before it). */
+/** The lines, outlines and points in a GeoJSON document (RFC 7946, and the `crs` member of the one before it). */
 export function readGeoJson(document: unknown): ForeignLines {
   if (!isObject(document) || typeof document["type"] !== "string") throw new FileError("it is JSON, but not GeoJSON: there is no “type”");
-  const out: ForeignLines = { lines: [], pointsLeftOut: 0 };
+  const out: ForeignLines = { lines: [] };
   Object.assign(out, crsOf(document["crs"]));
   const budget = new PointBudget();
   const features = document["type"] === "FeatureCollection" ? document["features"] : [document];
@@ -17,13 +17,13 @@ export function readGeoJson(document: unknown): ForeignLines {
     const isFeature = feature["type"] === "Feature";
     const properties = isFeature && isObject(feature["properties"]) ? feature["properties"] : {};
     const line: ForeignLine = { name: cleanName(properties["name"] ?? properties["title"]), style: readStyle(properties), parts: [] };
-    collect(isFeature ? feature["geometry"] : feature, line, out, budget, 0);
+    collect(isFeature ? feature["geometry"] : feature, line, budget, 0);
     if (line.parts.length > 0) out.lines.push(line);
   }
   return out;
 }
 
-function collect(geometry: unknown, line: ForeignLine, out: ForeignLines, budget: PointBudget, depth: number): void {
+function collect(geometry: unknown, line: ForeignLine, budget: PointBudget, depth: number): void {
   if (geometry === null || geometry === undefined) return;
   if (!isObject(geometry)) throw new FileError("a geometry in it is no object");
   if (depth > kDeepest) throw new FileError("its geometries are nested too deep");
@@ -31,7 +31,7 @@ function collect(geometry: unknown, line: ForeignLine, out: ForeignLines, budget
   const addPart = (value: unknown): void => {
     const points = pointsOf(value);
     budget.spend(points.length);
-    if (points.length >= 2) line.parts.push(points);
+    if (points.length > 0) line.parts.push(points);
   };
   switch (geometry["type"]) {
     case "LineString":
@@ -42,13 +42,11 @@ function collect(geometry: unknown, line: ForeignLine, out: ForeignLines, budget
     case "MultiPolygon":
       return listOf(coordinates).forEach((polygon) => listOf(polygon).forEach(addPart));
     case "GeometryCollection":
-      return listOf(geometry["geometries"]).forEach((each) => collect(each, line, out, budget, depth + 1));
+      return listOf(geometry["geometries"]).forEach((each) => collect(each, line, budget, depth + 1));
     case "Point":
-      out.pointsLeftOut += 1;
-      return;
+      return addPart([coordinates]);
     case "MultiPoint":
-      out.pointsLeftOut += listOf(coordinates).length;
-      return;
+      return listOf(coordinates).forEach((point) => addPart([point]));
     default:
       throw new FileError(`it has a geometry of the unknown type “${cleanName(String(geometry["type"]))}”`);
   }
@@ -87,12 +85,21 @@ export interface OutgoingLine extends LineStyle {
   parts: (readonly [number, number])[][];
 }
 
+function geometryOf(parts: OutgoingLine["parts"]): object {
+  const points = parts.filter((part) => part.length === 1).map(([point]) => point);
+  const lines = parts.filter((part) => part.length > 1);
+  const ofPoints = points.length === 1 ? { type: "Point", coordinates: points[0] } : { type: "MultiPoint", coordinates: points };
+  const ofLines = lines.length === 1 ? { type: "LineString", coordinates: lines[0] } : { type: "MultiLineString", coordinates: lines };
+  if (points.length === 0) return ofLines;
+  return lines.length === 0 ? ofPoints : { type: "GeometryCollection", geometries: [ofLines, ofPoints] };
+}
+
 /** A GeoJSON document of lines; with the name of their CRS unless they are in WGS 84. */
 export function writeGeoJson(lines: OutgoingLine[], crsName: string | null): string {
   const features = lines.map(({ name, parts, ...style }) => ({
     type: "Feature",
     properties: { name, ...writeStyle(style) },
-    geometry: parts.length === 1 ? { type: "LineString", coordinates: parts[0] } : { type: "MultiLineString", coordinates: parts },
+    geometry: geometryOf(parts),
   }));
   const crs = crsName === null ? {} : { crs: { type: "name", properties: { name: crsName } } };
   return JSON.stringify({ type: "FeatureCollection", ...crs, features }, null, 1) + "\n";

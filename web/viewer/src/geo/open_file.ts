@@ -1,13 +1,14 @@
 import type { App } from "../app.js";
-import { type LineStyle, type Point, boundsOf } from "../line_store.js";
+import { type LineStyle, type Point, boundsOf, padded } from "../line_store.js";
 import { bodyName } from "./body.js";
-import { FileError, type ForeignLines, cleanName, kMostBytes } from "./foreign_lines.js";
+import { FileError, type ForeignLines, cleanName, isOfPoints, kMostBytes } from "./foreign_lines.js";
 import { readGeoJson } from "./geojson.js";
 import { readGpx } from "./gpx.js";
 import { degreesFrom, epsgOf } from "./projection.js";
 
 /** More features than a list can show go into it as one line. */
 const kMostRows = 60;
+const kDotPixels = 9;
 /** No CRS counts further, on bodies that have ground. */
 const kFurthestMeters = 1e8;
 
@@ -46,13 +47,11 @@ async function openFile(app: App, file: File): Promise<void> {
 }
 
 async function showLines(app: App, fileName: string, foreign: ForeignLines): Promise<void> {
-  const single = foreign.pointsLeftOut === 1 ? "1 single point" : `${foreign.pointsLeftOut} single points`;
-  const leftOut = foreign.pointsLeftOut > 0 ? `${single} left out` : "";
-  if (foreign.lines.length === 0) throw new FileError(leftOut ? `it has no lines, only ${single}` : "it has no lines");
+  if (foreign.lines.length === 0) throw new FileError("it has no lines, areas or points");
   const convert = await converterFor(app, foreign);
   const placed = foreign.lines.map(({ name, style, parts }) => ({
     name,
-    style,
+    style: isOfPoints({ parts }) ? { width: kDotPixels, widthUnit: "pixels" as const, ...style } : style,
     parts: parts.map((part) =>
       part.map(([x, y]): Point => {
         const [easting, northing] = convert(x, y);
@@ -70,12 +69,14 @@ async function showLines(app: App, fileName: string, foreign: ForeignLines): Pro
       commonStyle(placed.map((line) => line.style)),
     );
   else for (const line of placed) app.lines.add(line.name || plainName, line.parts, line.style);
-  const count = placed.length;
+  const points = placed.filter(isOfPoints).flatMap(({ parts }) => parts).length;
+  const lines = placed.filter((line) => !isOfPoints(line)).length;
   const bounds = boundsOf(placed.flatMap((line) => line.parts));
   const ground = app.dataset.bounds;
   const isBeside =
     bounds === null || bounds.east < ground.west || bounds.west > ground.east || bounds.north < ground.south || bounds.south > ground.north;
-  const what = `${count} ${count === 1 ? "line" : "lines"} from “${fileName.slice(0, 60)}”${leftOut ? `, ${leftOut}` : ""}`;
+  const counts = [counted(lines, "line"), counted(points, "point")].filter((text) => text !== "").join(" and ");
+  const what = `${counts} from “${fileName.slice(0, 60)}”`;
   if (isBeside) {
     app.say(`${what}: all of it lies beside this dataset’s ground.`, "warning");
     return;
@@ -125,8 +126,6 @@ async function converterFor(app: App, foreign: ForeignLines): Promise<(x: number
   return (x, y) => projection.fromDegrees(...toDegrees(x, y));
 }
 
-/** A tenth more on each side, and never nothing. */
-function padded(bounds: { west: number; south: number; east: number; north: number }): typeof bounds {
-  const pad = Math.max(0.1 * (bounds.east - bounds.west), 0.1 * (bounds.north - bounds.south), 50);
-  return { west: bounds.west - pad, south: bounds.south - pad, east: bounds.east + pad, north: bounds.north + pad };
+function counted(count: number, what: string): string {
+  return count === 0 ? "" : `${count} ${what}${count === 1 ? "" : "s"}`;
 }

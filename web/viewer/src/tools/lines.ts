@@ -3,7 +3,7 @@ import type { GroundScale } from "../geo/ground_scale.js";
 import { bodyName } from "../geo/body.js";
 import { epsgOf } from "../geo/projection.js";
 import { writeGeoJson } from "../geo/geojson.js";
-import { type GroundLine, boundsOf, kColors } from "../line_store.js";
+import { type GroundLine, boundsOf, kColors, padded } from "../line_store.js";
 import { switchControl } from "../parts/controls.js";
 import { download, el, fill } from "../parts/dom.js";
 import { formatDistance, formatNumber } from "../parts/format.js";
@@ -155,6 +155,8 @@ function rowFor(app: App, line: GroundLine, scale: GroundScale | null): HTMLElem
   const onMap = mapDistance(app.dataset.metersPerUnit);
   const length = line.parts.reduce((sum, part) => sum + (scale?.length(part) ?? lengthOfCorners(part, onMap)), 0);
   const points = line.parts.reduce((sum, part) => sum + part.length, 0);
+  const hasLegs = line.parts.some((part) => part.length > 1);
+  const size = `${formatNumber(points)} ${points === 1 ? "point" : "points"}`;
   const name = el("input", {
     class: "line-name",
     type: "text",
@@ -181,7 +183,7 @@ function rowFor(app: App, line: GroundLine, scale: GroundScale | null): HTMLElem
           on: {
             click: () => {
               const bounds = boundsOf(line.parts);
-              if (bounds) void viewer.flyTo(viewer.overview(bounds));
+              if (bounds) void viewer.flyTo(viewer.overview(padded(bounds)));
             },
           },
         },
@@ -193,9 +195,10 @@ function rowFor(app: App, line: GroundLine, scale: GroundScale | null): HTMLElem
           class: "plain",
           type: "button",
           title: "Profile",
+          hidden: !hasLegs,
           "aria-label": `Profile of ${line.name}`,
           on: {
-            click: () => app.panels.open(profileOf(line.name, line.parts)),
+            click: () => app.panels.open(profileOf(line.name, line.parts.filter((part) => part.length > 1))),
           },
         },
         icon("profile"),
@@ -215,7 +218,7 @@ function rowFor(app: App, line: GroundLine, scale: GroundScale | null): HTMLElem
     el(
       "div",
       { class: "line-foot faint" },
-      el("span", { class: "number" }, `${formatDistance(length)}, ${formatNumber(points)} points`),
+      el("span", { class: "number" }, hasLegs ? `${formatDistance(length)}, ${size}` : size),
       el("span", { class: "unit" }, width, unit),
     ),
   );

@@ -24,7 +24,13 @@ struct SourceOptions {
   std::optional<double> noData;          ///< --nodata: overrides what the files say
   bool lossless = false;                 ///< --lossless
   std::optional<double> maxErrorMeters;  ///< --max-error
+  std::optional<double> spacing;         ///< --spacing: of the finest samples, units of the dataset's CRS
+  std::string resampling = "cubic";      ///< --resampling: of resamplingNames(), where inputs are warped
 };
+
+/// The ways to make a sample from an input's, as GDAL names them: the nearest one, or by a kernel, which is
+/// as wide as the new samples are apart where those are farther apart than the input's.
+std::span<const char* const> resamplingNames();
 
 /// Everything decided before the first sample is read: the dataset's lattice, what becomes of each input,
 /// and the height step.

@@ -23,7 +23,7 @@ struct InputRecord {
   std::string dataType;    ///< GDAL's name: "Int16", "Float32"
   std::string sourceCrs;   ///< WKT2 that was used, given or the input's own
   bool warped = false;     ///< false: taken sample by sample
-  std::string resampling;  ///< "cubic" where warped, else empty
+  std::string resampling;  ///< "cubic" or another of GDAL's names where warped, else empty
   int nativeLevel = 0;     ///< the finest level it has samples on
   std::string noData;      ///< what was treated as void: "-32768", "nan", "mask", "" for nothing
 };
