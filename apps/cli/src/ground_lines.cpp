@@ -1,12 +1,17 @@
 #include "ground_lines.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 
 #include "terrane/bake/vector_file.h"
 
 namespace terrane::cli {
 namespace {
+
+// What a line is where the file does not say: as the viewer draws it, and a dot that one can see.
+constexpr std::array<float, 4> kUsualColor = {1.0F, 77 / 255.0F, 61 / 255.0F, 1.0F};
+constexpr double kDotPixels = 9.0;
 
 Status readColor(const std::string& path, const VectorLine& from, GroundLine& line) {
   std::string text = from.stroke;
@@ -36,7 +41,8 @@ Result<std::vector<GroundLine>> readGroundLines(const std::string& path, const M
   std::vector<GroundLine> lines;
   lines.reserve(read.size());
   for (const VectorLine& from : read) {
-    GroundLine line;
+    GroundLine line{.corners = {}, .srgba = kUsualColor};
+    if (from.corners.size() == 1) line.width = kDotPixels;
     line.corners.reserve(from.corners.size());
     for (const glm::dvec2& place : from.corners)
       line.corners.emplace_back(frame.localFromCrs({place.x, place.y, 0.0}));
