@@ -436,7 +436,8 @@ class TerraneViewer implements Viewer {
   }
 
   get isSettled(): boolean {
-    return this.native?.isSettled() ?? false;
+    // What is to be studied and has not been told to the engine is still to come, however long a frame takes.
+    return !this.isStudyStale && (this.native?.isSettled() ?? false);
   }
 
   // ------------------------------------------------------------------------------------------ settings and layers
