@@ -12,6 +12,8 @@ readonly sources=(fmtlib libjpeg-turbo libwebp libzstd zlib)
 
 # Not /usr/lib/emscripten's default: acorn, which emcc links with, is a Debian package of its own.
 export NODE_PATH=/usr/share/nodejs
+# Debian's own Python starts at once; a version manager's stand-in would take seconds for every file.
+export EMSDK_PYTHON=/usr/bin/python3
 readonly flags="-O3 -msimd128"
 toolchain=$(dirname "$(readlink -f "$(command -v emcc)")")/cmake/Modules/Platform/Emscripten.cmake
 readonly toolchain
@@ -74,6 +76,18 @@ compile() {
   cmake --build "$work/build/$name" --target install
 }
 
+# note: CMake reads the sizes of types out of a program wrongly where that is WebAssembly.
+compile_jpeg() {
+  compile jpeg "$work/libjpeg-turbo" -DHAVE_SIZE_T=1 -DSIZE_T=4 -DHAVE_UNSIGNED_LONG=1 -DUNSIGNED_LONG=4 \
+    -DENABLE_SHARED=OFF -DWITH_SIMD=OFF -DWITH_TURBOJPEG=OFF
+}
+
+compile_webp() {
+  compile webp "$work/libwebp" -DWEBP_BUILD_ANIM_UTILS=OFF -DWEBP_BUILD_CWEBP=OFF -DWEBP_BUILD_DWEBP=OFF \
+    -DWEBP_BUILD_GIF2WEBP=OFF -DWEBP_BUILD_IMG2WEBP=OFF -DWEBP_BUILD_VWEBP=OFF -DWEBP_BUILD_WEBPINFO=OFF \
+    -DWEBP_BUILD_WEBPMUX=OFF -DWEBP_BUILD_EXTRAS=OFF -DWEBP_ENABLE_SIMD=OFF
+}
+
 # note: zlib's CMake wants files of Windows that Debian's sources do not have.
 compile_zlib() {
   echo "compiling zlib for WebAssembly"
@@ -100,7 +114,7 @@ compile_googletest() {
 # Libraries that are headers only: the very files of the native build, without the rest of /usr/include.
 link_headers() {
   local name
-  mkdir -p "$prefix/include" "$prefix/share/cmake"
+  mkdir -p "$prefix/include" "$prefix/lib" "$prefix/share/cmake"
   for name in glm nlohmann; do ln -sfn "/usr/include/$name" "$prefix/include/$name"; done
   for name in glm nlohmann_json; do cp -r "/usr/share/cmake/$name" "$prefix/share/cmake/"; done
 }
@@ -113,15 +127,15 @@ main() {
   mkdir -p "$work"
   link_headers
   fetch_sources
-  compile fmt "$work/fmtlib" -DFMT_TEST=OFF -DFMT_DOC=OFF
-  compile_zlib
-  compile zstd "$work/libzstd/build/cmake" -DZSTD_BUILD_PROGRAMS=OFF -DZSTD_BUILD_SHARED=OFF -DZSTD_MULTITHREAD_SUPPORT=OFF
-  # note: CMake reads the sizes of types out of a program wrongly where that is WebAssembly.
-  compile jpeg "$work/libjpeg-turbo" -DHAVE_SIZE_T=1 -DSIZE_T=4 -DHAVE_UNSIGNED_LONG=1 -DUNSIGNED_LONG=4 -DENABLE_SHARED=OFF -DWITH_SIMD=OFF -DWITH_TURBOJPEG=OFF
-  compile webp "$work/libwebp" -DWEBP_BUILD_ANIM_UTILS=OFF -DWEBP_BUILD_CWEBP=OFF -DWEBP_BUILD_DWEBP=OFF \
-    -DWEBP_BUILD_GIF2WEBP=OFF -DWEBP_BUILD_IMG2WEBP=OFF -DWEBP_BUILD_VWEBP=OFF -DWEBP_BUILD_WEBPINFO=OFF \
-    -DWEBP_BUILD_WEBPMUX=OFF -DWEBP_BUILD_EXTRAS=OFF -DWEBP_ENABLE_SIMD=OFF
-  compile_googletest
+  # Side by side: most of the time CMake tries the compiler out, one small program after the other.
+  local job jobs=()
+  compile_webp & jobs+=($!)
+  compile zstd "$work/libzstd/build/cmake" -DZSTD_BUILD_PROGRAMS=OFF -DZSTD_BUILD_SHARED=OFF -DZSTD_MULTITHREAD_SUPPORT=OFF & jobs+=($!)
+  compile_jpeg & jobs+=($!)
+  compile fmt "$work/fmtlib" -DFMT_TEST=OFF -DFMT_DOC=OFF & jobs+=($!)
+  compile_zlib & jobs+=($!)
+  compile_googletest & jobs+=($!)
+  for job in "${jobs[@]}"; do wait "$job"; done
   echo "$done_by" >"$prefix/complete"
 }
 

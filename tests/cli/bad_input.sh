@@ -214,12 +214,10 @@ fails 1 'nothing to write' "${draw[@]}"
 fails 1 'there.png.*--overwrite' "${draw[@]}" -o there.png
 fails 1 'a.png' "${draw[@]}" -o nowhere/a.png
 echo '{"type": "LineString", "coordinates": [[1, 2], ["x", 3]]}' > words.geojson
-echo '{"type": "Feature", "properties": {"stroke": "red"}, "geometry": {"type": "Point", "coordinates": [500000, 6700000]}}' > red.geojson
 echo '{"type": "Topology"}' > topology.geojson
 echo 'LINESTRING (1 2, 3 4)' > wkt.geojson
 fails 1 'nosuch.geojson.*does it exist' "${draw[@]}" -o a.png --lines nosuch.geojson
 fails 1 'words.geojson' "${draw[@]}" -o a.png --lines words.geojson
-fails 1 'red.geojson.*stroke.*#d03020' "${draw[@]}" -o a.png --lines red.geojson
 fails 1 "topology.geojson.*not a vector file" "${draw[@]}" -o a.png --lines topology.geojson
 fails 1 'wkt.geojson.*not a vector file' "${draw[@]}" -o a.png --lines wkt.geojson
 printf 'vec3 apply(Ground ground) {\n  return oops;\n}\n' > wrong.glsl

@@ -40,7 +40,8 @@ constexpr const char* kExamples =
     "With --append the result is what a build of all the inputs, old ones first, would have been; the old "
     "ones "
     "need not be\n"
-    "there. The dataset must be lossless and all of one resolution, and the new inputs must fall on its "
+    "there. The dataset must be lossless, without imagery and all of one resolution, and the new inputs must "
+    "fall on its "
     "samples, "
     "inside its\n"
     "world (the power of two above its size, from its north-western corner); else the message says why a "
@@ -192,8 +193,8 @@ void addBuildCommand(CLI::App& app, CommandContext& context) {
   command
       ->add_option("--layers", options->layers,
                    "Divide the samples into layers that viewers fetch as they need them, for thin lines: "
-                   "falling error "
-                   "bounds in metres, as 12,3, or auto, by the spacing, where --max-error allows some")
+                   "one to three falling error "
+                   "bounds in metres above --max-error, as 12,3, or auto, by the spacing")
       ->type_name("METRES|auto");
   append->excludes(command->get_option("--layers"));
   command->add_option("--attribution", build.attribution,

@@ -178,7 +178,7 @@ extern "C" void onInterrupt(int signal) {
 }  // namespace
 
 void addOutputOptions(CLI::App& command, OutputOptions& options) {
-  command.add_flag("-q,--quiet", options.quiet, "Say nothing but errors");
+  command.add_flag("-q,--quiet", options.quiet, "Say nothing but warnings and errors");
   command.add_flag("--json", options.json, "Print one JSON object a line instead of text");
 }
 

@@ -14,11 +14,15 @@ void addSourceOptions(CLI::App& command, SourceOptions& source) {
                                            "Keep every height exactly (the default for integer inputs)");
   command
       .add_option("--max-error", source.maxErrorMeters,
-                  "Largest error of a height in metres (default for others: spacing / 200)")
+                  "Largest error of a height in metres (default for others: spacing / 200, at least 0.002, "
+                  "at most 5)")
+      ->check(CLI::PositiveNumber)
       ->excludes(lossless);
-  command.add_option("--spacing", source.spacing,
-                     "Distance of the finest samples, in units of the dataset's CRS (default: the finest "
-                     "input's)");
+  command
+      .add_option("--spacing", source.spacing,
+                  "Distance of the finest samples, in units of the dataset's CRS (default: the finest "
+                  "input's)")
+      ->check(CLI::PositiveNumber);
   const auto names = resamplingNames();
   command
       .add_option("--resampling", source.resampling, "How samples are made where an input has to be warped")

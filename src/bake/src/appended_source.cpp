@@ -104,12 +104,15 @@ Status checkBase(const Dataset& dataset) {
 
 // Laying a file over itself changes nothing where it lies on top, and brings it back to the top where not.
 void warnOfRepeats(const std::vector<InputRecord>& added, const Manifest& manifest, Progress& progress) {
+  std::vector<InputRecord> all = manifest.inputs;
   for (const InputRecord& input : added) {
-    const auto same = [&](const InputRecord& other) {
+    const auto before = std::find_if(all.begin(), all.end(), [&](const InputRecord& other) {
       return !input.sha256.empty() && input.sha256 == other.sha256;
-    };
-    const auto before = std::find_if(manifest.inputs.begin(), manifest.inputs.end(), same);
-    if (before == manifest.inputs.end()) continue;
+    });
+    if (before == all.end()) {
+      all.push_back(input);
+      continue;
+    }
     progress.warn(fmt::format("{}: is in the dataset already{}; it is laid on top again", input.name,
                               before->name == input.name ? "" : ", as " + before->name));
   }

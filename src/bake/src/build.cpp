@@ -78,16 +78,27 @@ struct WrittenTile {
 };
 
 /// The bounds of all layers of significance but the last.
-Result<std::vector<double>> chooseLayers(const Source& source, const BuildOptions& options) {
+Result<std::vector<double>> chooseLayers(const Source& source, const BuildOptions& options,
+                                         Progress& progress) {
   const SourcePlan& plan = source.plan();
   std::vector<double> bounds = options.layerErrors;
   if (options.layersBySpacing) {
-    if (!plan.interpolates) return bounds;
+    if (!plan.interpolates) {
+      progress.warn(
+          "--layers auto: one layer, since every sample is kept; a larger --max-error leaves some to "
+          "interpolation");
+      return bounds;
+    }
     // What a pixel takes of the ground afar and halfway, and not where the next layer would say little more.
     constexpr double kLeastRatio = 2.5;
     const double spacing = std::max(plan.frame.spacingXMeters(), plan.frame.spacingYMeters());
     for (const double share : {1.6, 0.4})
       if (share * spacing >= kLeastRatio * plan.maxErrorMeters) bounds.push_back(share * spacing);
+    if (bounds.empty())
+      progress.warn(
+          fmt::format("--layers auto: one layer, since little is left out within {:g} m; a smaller "
+                      "--max-error allows more",
+                      plan.maxErrorMeters));
     return bounds;
   }
   if (bounds.empty()) return bounds;
@@ -424,7 +435,7 @@ Result<BuildReport> buildDataset(const Source& source, const BuildOptions& optio
   TERRANE_ASSIGN(
       const std::shared_ptr<const ImageryPlan> imagery,
       planImagery(options.imagery, {plan.crsWkt, plan.frame, plan.extentCols, plan.extentRows}, progress));
-  TERRANE_ASSIGN(const std::vector<double> layers, chooseLayers(source, options));
+  TERRANE_ASSIGN(const std::vector<double> layers, chooseLayers(source, options, progress));
   const bool appends = source.base() != nullptr;
   const std::string planText = appends ? describeAppending(source, layers, *imagery, options, name)
                                        : describePlan(plan, layers, *imagery, options, name, "");

@@ -307,7 +307,7 @@ Result<ComparisonReport> compareWithSource(const Dataset& dataset, const std::ve
       TERRANE_ASSIGN(raster.crs, crsFromUser(crs, options.sourceCrs.empty() ? "the manifest's sourceCrs"
                                                                             : "--source-crs"));
     }
-    compared.push_back({std::move(raster), record->warped, record->nativeLevel});
+    compared.push_back({std::move(raster), record->warped, record->nativeLevel, record->resampling});
   }
   if (compared.size() != manifest.inputs.size()) {
     progress.warn(fmt::format(

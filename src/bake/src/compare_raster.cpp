@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "input_crs.h"
+#include "warp.h"
 
 namespace terrane {
 namespace {
@@ -104,13 +105,16 @@ Status ComparedReader::openWarped() {
   const auto add = [&](std::initializer_list<std::string> words) {
     for (const auto& word : words) arguments.AddString(word.c_str());
   };
-  add({"-of", "VRT", "-r", "cubic", "-et", "0", "-ot", "Float32", "-wt", "Float32", "-ovr", "NONE",
+  TERRANE_ASSIGN(const WarpPlan plan, planWarp(raster, *file_, manifest_.crsWkt));
+  const WarpKernel kernel = planKernel(compared_.resampling, plan, raster, spacingX_, spacingY_);
+  add({"-of", "VRT", "-r", kernel.resampling, "-et", "0", "-ot", "Float32", "-wt", "Float32", "-ovr", "NONE",
        "-novshift"});
   add({"-s_srs", crsWkt(raster.crs), "-t_srs", manifest_.crsWkt, "-dstnodata", "nan"});
   add({"-te", number(west), number(north - static_cast<double>(rows) * spacingY_),
        number(west + static_cast<double>(cols) * spacingX_), number(north)});
   add({"-ts", std::to_string(cols), std::to_string(rows)});
-  add({"-wo", "XSCALE=1", "-wo", "YSCALE=1", "-wo", "SOURCE_EXTRA=16"});
+  add({"-wo", fmt::format("XSCALE={}", kernel.scaleX), "-wo", fmt::format("YSCALE={}", kernel.scaleY), "-wo",
+       "SOURCE_EXTRA=" + sourceExtra(kernel)});
   if (raster.noData)
     add({"-srcnodata", number(*raster.noData)});
   else

@@ -17,6 +17,7 @@ struct ComparedRaster {
   InputRaster raster;
   bool warped = false;
   int nativeLevel = 0;
+  std::string resampling = "cubic";  ///< where warped
 };
 
 /// Reads one raster for one thread, on the lattice of its native level. Shares nothing with the build's

@@ -86,6 +86,10 @@ void describeCrs(const OGRSpatialReference* crs, InputRaster& raster, double& cr
     if (datum != nullptr) raster.verticalDatum = datum;
     const double unit = raster.crs.GetTargetLinearUnits("COMPD_CS|VERT_CS", nullptr);
     if (unit > 0.0) crsHeightUnit = unit;
+    // "NAVD88 height (ftUS)": the datum stays, the unit does not, since heights become metres.
+    std::string& name = raster.verticalDatum;
+    if (unit != 1.0 && name.ends_with(')') && name.rfind(" (") != std::string::npos)
+      name.erase(name.rfind(" ("));
     raster.crs.StripVertical();
   } else if (raster.crs.GetAxesCount() == 3) {
     raster.crs.DemoteTo2D(nullptr);

@@ -187,7 +187,10 @@ Status chooseHeights(PlacedSource& source, const SourceOptions& options) {
   }
 
   const double spacing = std::min(plan.frame.spacingXMeters(), plan.frame.spacingYMeters());
-  const double bound = options.maxErrorMeters.value_or(spacing / 200.0);
+  // What nobody asked for is neither finer than drones measure nor coarser than hills are high.
+  constexpr double kFinestUsual = 0.002, kCoarsestUsual = 5.0;
+  const double bound =
+      options.maxErrorMeters.value_or(std::clamp(spacing / 200.0, kFinestUsual, kCoarsestUsual));
   constexpr double kLargestBound = 1e5;
   if (!(bound > 0.0 && bound <= kLargestBound)) {
     return makeError(
@@ -383,7 +386,6 @@ Result<PlacedSource> placeInputs(std::vector<InputRaster> inputs, const SourceOp
       placed.coarser = coarser;
     } else {
       placed.warped = true;
-      placed.kernel.resampling = options.resampling;
       const double ratio = candidate.spacingX / std::min(grid.spacingX, grid.spacingY);
       placed.coarser =
           std::clamp(static_cast<int>(std::floor(std::log2(ratio * (1.0 + kWarpSlack)))), 0, kMaxLevel);
@@ -395,13 +397,10 @@ Result<PlacedSource> placeInputs(std::vector<InputRaster> inputs, const SourceOp
       const auto end = [&](double place, int64_t origin) {
         return static_cast<int64_t>(std::floor((place - static_cast<double>(origin)) / scale + kEdge)) + 1;
       };
-      // note: whoever is a little finer only, by a rule of thumb, is taken as it is.
-      if (ratio < 1.0 - 2.0 * kWarpSlack) {
-        placed.kernel.scaleX =
-            std::min(1.0, (candidate.east - candidate.west) / grid.spacingX / inputs[i].width);
-        placed.kernel.scaleY =
-            std::min(1.0, (candidate.north - candidate.south) / grid.spacingY / inputs[i].height);
-      }
+      placed.kernel =
+          planKernel(options.resampling,
+                     {candidate.west, candidate.east, candidate.south, candidate.north, candidate.spacingX},
+                     inputs[i], grid.spacingX, grid.spacingY);
       placed.firstCol = first(grid.col(candidate.west), originCol);
       placed.firstRow = first(grid.row(candidate.north), originRow);
       placed.cols = std::max<int64_t>(0, end(grid.col(candidate.east), originCol) - placed.firstCol);

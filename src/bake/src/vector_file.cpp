@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <memory>
 #include <utility>
 
@@ -57,7 +58,7 @@ class LayerReader {
     while (true) {
       const OGRFeatureUniquePtr feature(layer_.GetNextFeature());
       if (!feature) return {};
-      TERRANE_TRY(addFeature(*feature));
+      addFeature(*feature);
     }
   }
 
@@ -102,19 +103,17 @@ class LayerReader {
     return {};
   }
 
-  Status addFeature(OGRFeature& feature) {
+  void addFeature(OGRFeature& feature) {
     const OGRGeometry* geometry = feature.GetGeometryRef();
-    if (geometry == nullptr) return {};
+    if (geometry == nullptr) return;
     VectorLine line;
-    line.where = fmt::format("layer '{}', feature {}", layer_.GetName(), feature.GetFID());
-    TERRANE_TRY(readStyle(feature, line));
+    readStyle(feature, line);
     if (geometry->hasCurveGeometry()) {
       const std::unique_ptr<OGRGeometry> straight(geometry->getLinearGeometry());
       if (straight) add(*straight, line);
     } else {
       add(*geometry, line);
     }
-    return {};
   }
 
   void add(const OGRGeometry& geometry, const VectorLine& style) {
@@ -146,31 +145,47 @@ class LayerReader {
     }
   }
 
-  // Brings corners into the window's CRS. A line is cut where a corner has no place there.
+  // Brings corners into the window's CRS. A line is cut where a corner has no place there, and gets more
+  // corners where what is straight in its own CRS is not in this one.
   void addCorners(std::vector<glm::dvec2> corners, const VectorLine& style) {
-    std::vector<int> good(corners.size(), TRUE);
-    if (transformation_) {
-      const GdalMessages quiet;
-      std::vector<double> x(corners.size()), y(corners.size());
-      for (size_t i = 0; i < corners.size(); ++i) {
-        x[i] = corners[i].x;
-        y[i] = corners[i].y;
-      }
-      transformation_->Transform(static_cast<int>(corners.size()), x.data(), y.data(), nullptr, good.data());
-      for (size_t i = 0; i < corners.size(); ++i) corners[i] = {x[i], y[i]};
-    }
+    const GdalMessages quiet;
     VectorLine line = style;
     const auto end = [&] {
       if (comesIn(line.corners)) lines_.push_back(line);
       line.corners.clear();
     };
+    std::optional<glm::dvec2> before;
     for (size_t i = 0; i < corners.size(); ++i) {
-      if (good[i] != 0 && std::isfinite(corners[i].x) && std::isfinite(corners[i].y))
-        line.corners.push_back(corners[i]);
-      else
+      const std::optional<glm::dvec2> place = placeOf(corners[i]);
+      if (!place)
         end();
+      else if (before && !line.corners.empty())
+        addBetween(corners[i - 1], *before, corners[i], *place, 0, line.corners);
+      if (place) line.corners.push_back(*place);
+      before = place;
     }
     end();
+  }
+
+  std::optional<glm::dvec2> placeOf(glm::dvec2 corner) const {
+    const bool isGood = !transformation_ || transformation_->Transform(1, &corner.x, &corner.y) != 0;
+    if (!isGood || !std::isfinite(corner.x) || !std::isfinite(corner.y)) return std::nullopt;
+    return corner;
+  }
+
+  // What lies between two corners, so that no leg is farther from the line than hardly anybody sees.
+  void addBetween(glm::dvec2 from, glm::dvec2 fromPlace, glm::dvec2 to, glm::dvec2 toPlace, int depth,
+                  std::vector<glm::dvec2>& out) const {
+    constexpr int kDeepest = 12;
+    constexpr double kOff = 1e-5;  // of the window's diagonal
+    if (!transformation_ || depth == kDeepest) return;
+    const glm::dvec2 middle = 0.5 * (from + to);
+    const std::optional<glm::dvec2> place = placeOf(middle);
+    const double off = kOff * std::hypot(window_.east - window_.west, window_.north - window_.south);
+    if (!place || glm::distance(*place, 0.5 * (fromPlace + toPlace)) <= off) return;
+    addBetween(from, fromPlace, middle, *place, depth + 1, out);
+    out.push_back(*place);
+    addBetween(middle, *place, to, toPlace, depth + 1, out);
   }
 
   bool comesIn(const std::vector<glm::dvec2>& corners) const {
@@ -185,28 +200,30 @@ class LayerReader {
            high.y >= window_.south;
   }
 
-  Status readStyle(OGRFeature& feature, VectorLine& line) const {
+  // What is no style, but has its name, is left alone.
+  static void readStyle(OGRFeature& feature, VectorLine& line) {
     const auto field = [&](const char* name) {
       const int i = feature.GetFieldIndex(name);
       return i >= 0 && feature.IsFieldSetAndNotNull(i) ? i : -1;
     };
-    if (const int i = field("stroke"); i >= 0) line.stroke = feature.GetFieldAsString(i);
-    const std::pair<const char*, std::optional<double>*> numbers[] = {{"stroke-opacity", &line.strokeOpacity},
-                                                                      {"stroke-width", &line.strokePixels},
-                                                                      {"stroke-meters", &line.strokeMeters}};
-    bool isStyled = !line.stroke.empty();
-    for (const auto& [name, value] : numbers) {
-      const int i = field(name);
-      if (i < 0) continue;
-      const std::string text = feature.GetFieldAsString(i);
-      const double number = CPLAtof(text.c_str());
-      if (CPLGetValueType(text.c_str()) == CPL_VALUE_STRING || !(number > 0.0 && number <= 1e6))
-        return makeError("{}: {}: '{}' must be a number above 0, not '{}'", path_, line.where, name, text);
-      *value = number;
-      isStyled = true;
+    for (const char* name : {"color", "stroke"}) {
+      if (const int i = field(name); i >= 0) line.stroke = feature.GetFieldAsString(i);
     }
-    if (!isStyled) readPen(feature, line);
-    return {};
+    const auto number = [&](const char* name) -> std::optional<double> {
+      const int i = field(name);
+      if (i < 0) return std::nullopt;
+      const char* text = feature.GetFieldAsString(i);
+      const double value = CPLAtof(text);
+      if (CPLGetValueType(text) == CPL_VALUE_STRING || !(value > 0.0 && value <= 1e6)) return std::nullopt;
+      return value;
+    };
+    line.strokeOpacity = number("stroke-opacity");
+    line.strokePixels = number("stroke-width");
+    // note: names of attributes in shapefiles have ten letters.
+    if (!line.strokePixels) line.strokePixels = number("stroke-wid");
+    line.strokeMeters = number("stroke-meters");
+    if (line.stroke.empty() && !line.strokeOpacity && !line.strokePixels && !line.strokeMeters)
+      readPen(feature, line);
   }
 
   // What formats with a style of their own (KML, DXF, ...) say.

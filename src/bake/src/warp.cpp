@@ -53,6 +53,18 @@ void* createTransformer(const InputRaster& raster, GDALDataset& dataset, const s
 }
 
 // Four digits read well and cost nothing: the suggestion is a rule of thumb.
+// How large the input's middle pixel becomes; nothing where that has no place.
+std::optional<double> middleSpacing(const InputRaster& raster, void* transformer) {
+  std::array<double, 3> x = {0.5 * raster.width, 0.5 * raster.width + 1.0, 0.5 * raster.width};
+  std::array<double, 3> y = {0.5 * raster.height, 0.5 * raster.height, 0.5 * raster.height + 1.0};
+  std::array<double, 3> z{};
+  std::array<int, 3> good{};
+  GDALGenImgProjTransform(transformer, FALSE, 3, x.data(), y.data(), z.data(), good.data());
+  const double area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
+  if (!good[0] || !good[1] || !good[2] || !std::isfinite(area) || area == 0.0) return std::nullopt;
+  return std::sqrt(std::abs(area));
+}
+
 double roundSpacing(double spacing) {
   const double unit = std::pow(10.0, std::floor(std::log10(spacing)) - 3.0);
   const double digits = std::round(spacing / unit);
@@ -94,6 +106,16 @@ Result<WarpPlan> planWarp(const InputRaster& raster, GDALDataset& dataset, const
   WarpPlan plan{extent[0], extent[2], extent[1], extent[3], std::abs(g[1])};
   if (!std::isfinite(plan.spacing) || plan.spacing <= 0.0) return fail();
   plan.spacing = roundSpacing(plan.spacing);
+  constexpr double kMostStretched = 8.0;
+  if (const auto middle = middleSpacing(raster, transformer.get());
+      middle && plan.spacing > kMostStretched * *middle) {
+    return makeError(
+        "{}: reaches too near the edge of what the dataset's CRS can show: samples would be {:g} units apart "
+        "where its middle has one every {:g}; cut it (a world in EPSG:3857: gdal_translate -projwin -180 85 "
+        "180 "
+        "-85), or choose another --crs",
+        raster.path, plan.spacing, *middle);
+  }
 
   // The extent is looked at closer than GDAL does, so that no sample at a curved edge is lost.
   constexpr int kSteps = 256;
@@ -119,6 +141,22 @@ Result<WarpPlan> planWarp(const InputRaster& raster, GDALDataset& dataset, const
   }
   if (!std::isfinite(plan.east - plan.west) || !std::isfinite(plan.north - plan.south)) return fail();
   return plan;
+}
+
+WarpKernel planKernel(const std::string& resampling, const WarpPlan& plan, const InputRaster& raster,
+                      double spacingX, double spacingY) {
+  WarpKernel kernel{resampling};
+  // note: whoever is a little finer only, by a rule of thumb, is taken as it is.
+  constexpr double kFiner = 0.94;
+  if (plan.spacing < kFiner * std::min(spacingX, spacingY)) {
+    kernel.scaleX = std::min(1.0, (plan.east - plan.west) / spacingX / raster.width);
+    kernel.scaleY = std::min(1.0, (plan.north - plan.south) / spacingY / raster.height);
+  }
+  return kernel;
+}
+
+std::string sourceExtra(const WarpKernel& kernel) {
+  return fmt::format("{:.0f}", kSourceExtra / std::min(kernel.scaleX, kernel.scaleY));
 }
 
 Result<std::unique_ptr<Warper>> Warper::open(const InputRaster& raster, GDALDataset& dataset,
@@ -166,9 +204,7 @@ Result<std::unique_ptr<Warper>> Warper::open(const InputRaster& raster, GDALData
   list = CSLSetNameValue(list, "YSCALE", fmt::format("{}", kernel.scaleY).c_str());
   list = CSLSetNameValue(list, "INIT_DEST", "NO_DATA");
   list = CSLSetNameValue(list, "UNIFIED_SRC_NODATA", "YES");
-  list =
-      CSLSetNameValue(list, "SOURCE_EXTRA",
-                      fmt::format("{:.0f}", kSourceExtra / std::min(kernel.scaleX, kernel.scaleY)).c_str());
+  list = CSLSetNameValue(list, "SOURCE_EXTRA", sourceExtra(kernel).c_str());
   options->papszWarpOptions = list;
   if (warper->operation_.Initialize(options.get()) != CE_None) {
     return makeError("{}: cannot be warped ({})", raster.path, messages.reason("GDAL refuses"));

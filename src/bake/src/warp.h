@@ -21,8 +21,9 @@ struct WarpPlan {
   double spacing = 1.0;  ///< square; GDAL's suggestion (as many pixels on the diagonal), four digits
 };
 
-/// Plans an input's way into `targetWkt`. Errors name the file: no transformation, or a place beyond the
-/// target's domain.
+/// Plans an input's way into `targetWkt`. Errors name the file: no transformation, a place beyond the
+/// target's domain, or so near its edge that the input's pixels become many times as large there as in its
+/// middle.
 Result<WarpPlan> planWarp(const InputRaster& raster, GDALDataset& dataset, const std::string& targetWkt);
 
 /// How samples are made from an input's.
@@ -33,6 +34,13 @@ struct WarpKernel {
   double scaleX = 1.0;
   double scaleY = 1.0;
 };
+
+/// The kernel of an input that is planned to lie so, on samples that are `spacingX` x `spacingY` apart.
+WarpKernel planKernel(const std::string& resampling, const WarpPlan& plan, const InputRaster& raster,
+                      double spacingX, double spacingY);
+
+/// Pixels of the input around a window that the kernel may look at.
+std::string sourceExtra(const WarpKernel& kernel);
 
 /// Warps one input onto a lattice, window by window: float32, exact transformer. Any two windows
 /// agree bit for bit where they overlap: the kernel has one fixed width, and always takes the same path.

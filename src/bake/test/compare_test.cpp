@@ -107,6 +107,36 @@ TEST(Compare, FloatsAndWarpedOnesStayWithinTheirBound) {
   }
 }
 
+TEST(Compare, KernelsAndSpacingsOfOnesChoiceAreTakenAsInTheBuild) {
+  TempFolder folder;
+  writeRaster(folder / "utm.tif", {.width = 300, .height = 280, .heightAt = hills});
+  writeRaster(folder / "degrees.tif", {.width = 300,
+                                       .height = 280,
+                                       .crs = "EPSG:4326",
+                                       .geoTransform = {8.0, 0.0002, 0.0, 47.0, 0.0, -0.0002},
+                                       .heightAt = hills});
+  struct Case {
+    const char* file;
+    const char* resampling;
+    std::optional<double> spacing;
+  };
+  for (const Case& one :
+       {Case{"utm.tif", "cubic", 25.0}, Case{"utm.tif", "near", 30.0}, Case{"utm.tif", "bilinear", 10.1},
+        Case{"degrees.tif", "bilinear", std::nullopt}, Case{"degrees.tif", "lanczos", std::nullopt},
+        Case{"degrees.tif", "near", 41.0}, Case{"degrees.tif", "cubicspline", 77.0}}) {
+    SCOPED_TRACE(std::string(one.file) + ", " + one.resampling);
+    SourceOptions options = from({folder / one.file});
+    options.resampling = one.resampling;
+    options.spacing = one.spacing;
+    const auto dataset = buildAndOpen(options, folder / "a.terrane");
+    ASSERT_TRUE(dataset);
+    const auto report = compare(*dataset, {folder / one.file});
+    EXPECT_TRUE(report.agrees()) << report.largestMeters << " against " << report.boundMeters;
+    EXPECT_TRUE(report.isWarped);
+    EXPECT_GT(report.compared, 1000U);
+  }
+}
+
 TEST(Compare, APlaneLosesNothingBetweenItsSamples) {
   TempFolder folder;
   writeRaster(folder / "a.tif", {.width = 400, .height = 300, .heightAt = [](int c, int r) {

@@ -101,5 +101,27 @@ TEST(SourceBad, GdalKeepsQuiet) {
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
+TEST(SourceBad, AWorldInMercatorHasToBeCut) {
+  TempFolder folder;
+  writeRaster(
+      folder / "world.tif",
+      {.width = 360, .height = 180, .crs = "EPSG:4326", .geoTransform = {-180.0, 1.0, 0.0, 90.0, 0.0, -1.0}});
+  auto options = from({folder / "world.tif"});
+  for (const char* crs : {"EPSG:3857", "EPSG:3031"}) {
+    options.crs = crs;
+    EXPECT_HAS(openError(options), "too near the edge");
+  }
+  writeRaster(
+      folder / "most.tif",
+      {.width = 360, .height = 170, .crs = "EPSG:4326", .geoTransform = {-180.0, 1.0, 0.0, 85.0, 0.0, -1.0}});
+  options = from({folder / "most.tif"});
+  options.crs = "EPSG:3857";
+  const auto source = open(options);
+  ASSERT_TRUE(source);
+  EXPECT_LT(source->plan().frame.spacingX, 200e3);
+  // Nobody asked for 700 m.
+  EXPECT_EQ(source->plan().maxErrorMeters, 5.0);
+}
+
 }  // namespace
 }  // namespace terrane

@@ -214,7 +214,7 @@ TEST(Source, TakesTheHeightUnitFromAVerticalCrs) {
               {.crs = "EPSG:26910", .verticalCrs = "EPSG:6360", .heightAt = [](int, int) { return 1000.0; }});
   const auto source = open(from({folder / "a.tif"}));
   ASSERT_TRUE(source);
-  EXPECT_HAS(source->plan().verticalDatum, "NAVD88");
+  EXPECT_EQ(source->plan().verticalDatum, "NAVD88 height");
   EXPECT_EQ(source->plan().crsName, "NAD83 / UTM zone 10N");
   EXPECT_NEAR(read(*source, {0, 0, 0}).at(0, 0), 304.8006, 1e-3);
 }

@@ -4,6 +4,7 @@
 #include <ogr_spatialref.h>
 #include <ogrsf_frmts.h>
 
+#include <algorithm>
 #include <fstream>
 #include <memory>
 
@@ -198,12 +199,41 @@ TEST_F(VectorFileTest, SaysWhatIsWrongWithAFile) {
       errorOf(write("afar.geojson", R"({"type": "LineString", "coordinates": [[17, 46], [18, 46]]})"));
   EXPECT_HAS(afar, "nothing of it lies on the dataset");
   EXPECT_HAS(afar, "17 to 18");
-  const std::string thin =
-      errorOf(write("thin.geojson", R"({"type": "Feature", "properties": {"stroke-width": -1},
-      "geometry": {"type": "LineString", "coordinates": )" +
-                                        jsonOf(kWay) + "}}"));
-  EXPECT_HAS(thin, "'stroke-width' must be a number above 0");
-  EXPECT_HAS(thin, "feature 0");
+}
+
+TEST_F(VectorFileTest, WhatMeansSomethingElseIsNoStyle) {
+  const auto lines = read(write("thin.geojson", R"({"type": "Feature", "properties": {"stroke-width": -1,
+      "stroke-opacity": "low", "color": "dull"}, "geometry": {"type": "LineString", "coordinates": )" +
+                                                    jsonOf(kWay) + "}}"));
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_FALSE(lines[0].strokePixels || lines[0].strokeOpacity || lines[0].strokeMeters);
+  EXPECT_EQ(lines[0].stroke, "dull");
+}
+
+TEST_F(VectorFileTest, WhatIsStraightInDegreesIsBentInTheWindow) {
+  // A parallel that crosses all of the window, without a corner in it.
+  const auto lines =
+      read(write("parallel.geojson", R"({"type": "LineString", "coordinates": [[-5, 46.4], [22, 46.4]]})"));
+  ASSERT_EQ(lines.size(), 1U);
+  OGRSpatialReference utm, wgs84;
+  utm.importFromEPSG(32632);
+  wgs84.importFromEPSG(4326);
+  utm.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  wgs84.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  const std::unique_ptr<OGRCoordinateTransformation> way(OGRCreateCoordinateTransformation(&wgs84, &utm));
+  const auto& corners = lines[0].corners;
+  EXPECT_LT(corners.size(), 4000U);
+  int seen = 0;
+  for (double longitude = 7.7; longitude < 8.2; longitude += 0.0013, ++seen) {
+    double x = longitude, y = 46.4;
+    ASSERT_TRUE(way->Transform(1, &x, &y));
+    const auto after =
+        std::find_if(corners.begin(), corners.end(), [&](const glm::dvec2& at) { return at.x > x; });
+    ASSERT_TRUE(after != corners.begin() && after != corners.end());
+    const glm::dvec2 a = after[-1], b = *after;
+    EXPECT_NEAR(a.y + (b.y - a.y) * (x - a.x) / (b.x - a.x), y, 0.6);
+  }
+  EXPECT_GT(seen, 300);
 }
 
 }  // namespace

@@ -64,7 +64,9 @@ Result<Dataset> Dataset::open(const std::string& directory) {
   if (!std::filesystem::is_directory(directory, ignored)) {
     return makeError("{}: is not a dataset directory; make one with terrane build", directory);
   }
-  if (!std::filesystem::exists(pathIn(directory, kManifest), ignored)) {
+  std::error_code trouble;
+  if (!std::filesystem::exists(pathIn(directory, kManifest), trouble)) {
+    if (trouble) return makeError("{}: cannot be looked into ({})", directory, trouble.message());
     return makeError("{}: has no manifest.json, so it is not a whole dataset; build it again", directory);
   }
   return open(openDirectoryBytes(directory));

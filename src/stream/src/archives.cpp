@@ -24,6 +24,14 @@ Status Archives::setManifest(const std::vector<uint8_t>& bytes, const std::strin
   return {};
 }
 
+std::vector<TileKey> Archives::roots() const {
+  std::vector<TileKey> out;
+  out.reserve(static_cast<size_t>(count()));
+  for (int file = 0; file < count(); ++file)
+    if (!isRefinement(file)) out.push_back(keyOf(file, TileId{}));
+  return out;
+}
+
 FetchRequest Archives::request(int file, uint64_t offset, uint64_t bytes) const {
   const File& archive = files_[static_cast<size_t>(file)];
   return {archive.name, offset, bytes, false, archive.bytes};

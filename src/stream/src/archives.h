@@ -31,6 +31,8 @@ class Archives {
   }
   /// Does the file hold a later layer of significance? Such a one may be opened when it is needed.
   bool isRefinement(int file) const { return file > 0 && file < elevationFiles(); }
+  /// Those roots of which a beginning is of use: not of refinements.
+  std::vector<TileKey> roots() const;
   /// A request for bytes of an archive.
   FetchRequest request(int file, uint64_t offset, uint64_t bytes) const;
   /// The archive's first bytes, which hold its root directory: so many, if these are more; tiles follow.

@@ -80,6 +80,19 @@ uint64_t TileShelf::lostTiles() const {
   return lost;
 }
 
+bool TileShelf::isBelowLost(const TileKey& key) const {
+  if (!key.isElevation()) return false;
+  for (TileKey layer = key;; layer = layer.before()) {
+    for (TileKey need = layer;; need = need.parent()) {
+      const ShelfEntry* entry = need == key ? nullptr : find(need);
+      if (entry != nullptr && entry->isDecoded()) break;
+      if (entry != nullptr && entry->lost) return true;
+      if (need.tile.isRoot()) break;
+    }
+    if (!layer.isRefinement()) return false;
+  }
+}
+
 void TileShelf::keepWithinBudgets(uint64_t turn) {
   // Payloads: the one that would be fetched again most cheaply for its size goes first.
   if (compressedBytes_ > budgets_.compressedBytes) {

@@ -80,6 +80,8 @@ class TileShelf {
            budgets_.decodedBytes + kTypicalTileBytes;
   }
   uint64_t lostTiles() const;
+  /// Is one of the tiles that it needs given up: an ancestor, or what it refines? Then it cannot be decoded.
+  bool isBelowLost(const TileKey& key) const;
   const std::unordered_map<TileKey, ShelfEntry, TileKeyHash>& entries() const { return entries_; }
 
   static uint64_t bytesOf(const Tile& tile);

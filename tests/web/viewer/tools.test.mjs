@@ -618,7 +618,7 @@ test("files: GeoJSON in WGS 84, in the dataset's CRS by its member or by its num
     documents.map((document, i) => ({ name: `lines${i}.geojson`, text: JSON.stringify(document) })),
   );
   await lastToast(page, "lines4.geojson");
-  const parts = await storedParts();
+  const parts = (await storedParts()).filter((part) => part.length > 1);
   assert.equal(parts.length, documents.length);
   parts.forEach((part, i) =>
     part.forEach((point, k) =>

@@ -436,7 +436,9 @@ class TerraneViewer implements Viewer {
   }
 
   get isSettled(): boolean {
-    return this.native?.isSettled() ?? false;
+    // What the engine has not been told of yet is still to come, however long a frame takes.
+    const isTold = !this.isStudyStale && !(this.areLinesStale && this.isAttached);
+    return isTold && (this.native?.isSettled() ?? false);
   }
 
   // ------------------------------------------------------------------------------------------ settings and layers
