@@ -12,8 +12,6 @@ readonly sources=(fmtlib libjpeg-turbo libwebp libzstd zlib)
 
 # Not /usr/lib/emscripten's default: acorn, which emcc links with, is a Debian package of its own.
 export NODE_PATH=/usr/share/nodejs
-# Debian's own Python starts at once; a version manager's stand-in would take seconds for every file.
-export EMSDK_PYTHON=/usr/bin/python3
 readonly flags="-O3 -msimd128"
 toolchain=$(dirname "$(readlink -f "$(command -v emcc)")")/cmake/Modules/Platform/Emscripten.cmake
 readonly toolchain

@@ -217,9 +217,27 @@ echo '{"type": "LineString", "coordinates": [[1, 2], ["x", 3]]}' > words.geojson
 echo '{"type": "Topology"}' > topology.geojson
 echo 'LINESTRING (1 2, 3 4)' > wkt.geojson
 fails 1 'nosuch.geojson.*does it exist' "${draw[@]}" -o a.png --lines nosuch.geojson
-fails 1 'words.geojson' "${draw[@]}" -o a.png --lines words.geojson
+fails 1 'words.geojson.*invalid.*coordinate.*ogrinfo' "${draw[@]}" -o a.png --lines words.geojson
 fails 1 "topology.geojson.*not a vector file" "${draw[@]}" -o a.png --lines topology.geojson
 fails 1 'wkt.geojson.*not a vector file' "${draw[@]}" -o a.png --lines wkt.geojson
+# A colour is one by any of its names; what is none is told, and the picture drawn.
+coloured() {
+  printf '{"type": "Feature", "properties": {"%s": "%s", "stroke-width": 9}, "geometry": {"type": "LineString", ' "$2" "$3" >"$1.geojson"
+  printf '"coordinates": [[498000, 6698000], [502000, 6702000]]}}' >>"$1.geojson"
+  "${draw[@]}" -o "$1.png" --overwrite --lines "$1.geojson" 2>&1
+}
+coloured hex stroke '#ff0000' >said.txt
+for color in '#F00' red 'rgb(255, 0, 0)'; do
+  coloured same stroke "$color" >>said.txt
+  cmp -s hex.png same.png || { echo "FAILED: the colour $color is not #ff0000"; failures=$((failures + 1)); }
+done
+coloured same color '#ff0000' >>said.txt
+cmp -s hex.png same.png || { echo "FAILED: color is not read as stroke"; failures=$((failures + 1)); }
+if grep -qE "warning|exists" said.txt || ! coloured none stroke dull | grep -q "1 of its lines.*no colour.*'dull'"; then
+  echo "FAILED: a colour that is none is not told, or another is"; cat said.txt; failures=$((failures + 1))
+fi
+cmp -s hex.png none.png && { echo "FAILED: colours make no difference"; failures=$((failures + 1)); }
+rm -f hex.* same.* none.* said.txt
 printf 'vec3 apply(Ground ground) {\n  return oops;\n}\n' > wrong.glsl
 fails 1 'oops' "${draw[@]}" -o a.png --pass wrong.glsl
 fails 1 'nosuch.glsl.*does it exist' "${draw[@]}" -o a.png --pass nosuch.glsl

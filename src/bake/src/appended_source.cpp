@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <string>
+#include <unordered_map>
 #include <utility>
 
 #include "raster_source.h"
@@ -104,17 +105,14 @@ Status checkBase(const Dataset& dataset) {
 
 // Laying a file over itself changes nothing where it lies on top, and brings it back to the top where not.
 void warnOfRepeats(const std::vector<InputRecord>& added, const Manifest& manifest, Progress& progress) {
-  std::vector<InputRecord> all = manifest.inputs;
+  std::unordered_map<std::string, std::string> nameByHash;
+  for (const InputRecord& input : manifest.inputs) nameByHash.emplace(input.sha256, input.name);
   for (const InputRecord& input : added) {
-    const auto before = std::find_if(all.begin(), all.end(), [&](const InputRecord& other) {
-      return !input.sha256.empty() && input.sha256 == other.sha256;
-    });
-    if (before == all.end()) {
-      all.push_back(input);
-      continue;
-    }
+    if (input.sha256.empty()) continue;
+    const auto [before, isNew] = nameByHash.emplace(input.sha256, input.name);
+    if (isNew) continue;
     progress.warn(fmt::format("{}: is in the dataset already{}; it is laid on top again", input.name,
-                              before->name == input.name ? "" : ", as " + before->name));
+                              before->second == input.name ? "" : ", as " + before->second));
   }
 }
 

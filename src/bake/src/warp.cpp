@@ -52,7 +52,6 @@ void* createTransformer(const InputRaster& raster, GDALDataset& dataset, const s
   return GDALCreateGenImgProjTransformer2(GDALDataset::ToHandle(&dataset), nullptr, options.List());
 }
 
-// Four digits read well and cost nothing: the suggestion is a rule of thumb.
 // How large the input's middle pixel becomes; nothing where that has no place.
 std::optional<double> middleSpacing(const InputRaster& raster, void* transformer) {
   std::array<double, 3> x = {0.5 * raster.width, 0.5 * raster.width + 1.0, 0.5 * raster.width};
@@ -65,6 +64,7 @@ std::optional<double> middleSpacing(const InputRaster& raster, void* transformer
   return std::sqrt(std::abs(area));
 }
 
+// Four digits read well and cost nothing: the suggestion is a rule of thumb.
 double roundSpacing(double spacing) {
   const double unit = std::pow(10.0, std::floor(std::log10(spacing)) - 3.0);
   const double digits = std::round(spacing / unit);
@@ -112,8 +112,7 @@ Result<WarpPlan> planWarp(const InputRaster& raster, GDALDataset& dataset, const
     return makeError(
         "{}: reaches too near the edge of what the dataset's CRS can show: samples would be {:g} units apart "
         "where its middle has one every {:g}; cut it (a world in EPSG:3857: gdal_translate -projwin -180 85 "
-        "180 "
-        "-85), or choose another --crs",
+        "180 -85), or choose another --crs",
         raster.path, plan.spacing, *middle);
   }
 

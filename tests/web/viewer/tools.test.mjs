@@ -857,6 +857,10 @@ test("lines are there again when the page is opened again, and only over their d
     lines.change(lines.lines[0].id, { name: "Renamed <b>", width: 40, widthUnit: "meters" });
     lines.remove(gone.id);
   }, place);
+  // One that is too large is not kept, and takes nothing else with it.
+  await page.evaluate(({ easting, northing }) => {
+    window.terraneApp.lines.add("Large", [Array.from({ length: 80_000 }, (_, i) => ({ easting: easting + i / 7, northing }))]);
+  }, place);
   // Left at once: what was just drawn is kept as well.
   await page.reload();
   await page.waitForFunction(() => window.terraneApp !== undefined, undefined, { timeout: kPatience });

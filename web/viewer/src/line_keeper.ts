@@ -1,7 +1,7 @@
 import type { DatasetInfo } from "terrane";
 import type { GroundLine, LineStore, Point } from "./line_store.js";
 
-/** Larger than that they are a file, which their owner has. */
+/** So much is kept. What does not fit was a file, which its owner has; what was drawn by hand is small. */
 const kMostCharacters = 1_000_000;
 const kRestMilliseconds = 300;
 
@@ -29,8 +29,9 @@ export function keepLines(lines: LineStore, dataset: DatasetInfo, address: strin
         parts: parts.map((part) => part.map(({ easting, northing }): [number, number] => [rounded(easting), rounded(northing)])),
       }),
     );
-    const text = JSON.stringify(kept);
-    store((storage) => (kept.length === 0 || text.length > kMostCharacters ? storage.removeItem(key) : storage.setItem(key, text)));
+    let left = kMostCharacters;
+    const fitting = kept.map((line) => JSON.stringify(line)).filter((text) => text.length < left && (left -= text.length));
+    store((storage) => (fitting.length === 0 ? storage.removeItem(key) : storage.setItem(key, `[${fitting.join(",")}]`)));
   };
   lines.onEdit(() => (timer ??= window.setTimeout(write, kRestMilliseconds)));
   window.addEventListener("pagehide", () => {
