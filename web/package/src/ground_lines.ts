@@ -1,9 +1,71 @@
 import type { Line } from "./api.js";
+import type { EngineView } from "./engine.js";
 
 const kUsualWidthPixels = 3;
 
+type GroundPoint = { easting: number; northing: number };
+
+function checkPoints(id: string, points: GroundPoint[]): void {
+  if (!points.every((point) => Number.isFinite(point.easting) && Number.isFinite(point.northing)))
+    throw new RangeError(`The line "${id}" has points that are no numbers.`);
+}
+
+/** The lines that are drawn on the ground. The engine is told of all at once, before the next frame. */
+export class GroundLines {
+  private readonly lines = new Map<string, Line>();
+  /** Does the engine not know them as they are? */
+  isStale = false;
+
+  get all(): ReadonlyMap<string, Line> {
+    return this.lines;
+  }
+  set(id: string, line: Line): void {
+    checkPoints(id, line.points);
+    this.lines.set(id, line);
+    this.isStale = true;
+  }
+  /** Returns whether there was one. */
+  remove(id: string): boolean {
+    const isNew = this.lines.delete(id);
+    this.isStale ||= isNew;
+    return isNew;
+  }
+  give(native: EngineView, pixelRatio: number): void {
+    this.isStale = false;
+    const packed = packLines(this.lines.values(), pixelRatio);
+    native.setLines(packed.corners, packed.lines);
+  }
+}
+
+/** The lines along which the ground is fetched as finely as it is stored. The engine is told of all at once, before the next frame. */
+export class StudiedLines {
+  private readonly lines = new Map<string, GroundPoint[]>();
+  /** Does the engine not know them as they are? */
+  isStale = false;
+
+  /** None, or one of no points, forgets it. Returns whether anything changed. */
+  set(id: string, line: GroundPoint[] | null): boolean {
+    checkPoints(id, line ?? []);
+    if (line === null || line.length === 0) {
+      if (!this.lines.delete(id)) return false;
+    } else {
+      this.lines.set(id, line.map(({ easting, northing }) => ({ easting, northing })));
+    }
+    this.isStale = true;
+    return true;
+  }
+  give(native: EngineView): void {
+    this.isStale = false;
+    const lines = [...this.lines.values()];
+    native.studyGround(
+      Float64Array.from(lines.flat().flatMap((place) => [place.easting, place.northing])),
+      Float64Array.from(lines, (line) => line.length),
+    );
+  }
+}
+
 /** Lines as the engine takes them: EngineView.setLines(). */
-export function packLines(lines: Iterable<Line>, pixelRatio: number): { corners: Float64Array; lines: Float32Array } {
+function packLines(lines: Iterable<Line>, pixelRatio: number): { corners: Float64Array; lines: Float32Array } {
   const corners: number[] = [];
   const rows: number[] = [];
   for (const line of lines) {

@@ -15,13 +15,15 @@ import {
   type Box, type Vector, add, basisOf, clamp, kSteepestPitch, length, pixelOf, placeFromWorld, scale, stayInBall, subtract,
   viewBetween, viewOfCorners, worldFromPlace, wrapHeading,
 } from "./geometry.js";
-import { packLines } from "./ground_lines.js";
+import { GroundLines, StudiedLines } from "./ground_lines.js";
 import { type Motion, glide } from "./motion.js";
+import { Passes } from "./passes.js";
+import { lookFrom, profileAlong } from "./questions.js";
+import { SamplesChoice } from "./samples_choice.js";
+import { checkSettings } from "./settings.js";
 import makeEngine from "./terrane.mjs";
 
 const kUsualFov = 45;
-/** How much air bends light downwards by day, as a share of the earth's curvature. */
-const kUsualRefraction = 0.13;
 /** The eye stays so far above the ground, metres, when somebody moves it. */
 const kLeastClearance = 3;
 /** Nobody gets further away from the middle of the ground than so many of its diagonals: it is a few per cent of the picture then. */
@@ -30,9 +32,6 @@ const kFurthestDiagonals = 10;
 const kIdleMilliseconds = 250;
 /** The camera counts as moving for so long after it moved. */
 const kRestMilliseconds = 180;
-/** Frames that are slower than this on average cannot afford more than one sample a pixel while the camera moves. */
-const kSlowFrameMilliseconds = 24;
-const kFramesToJudge = 12;
 /** A line of sight of this many metres from camera to target: long enough for directions, short enough for numbers. */
 const kTargetMeters = 1000;
 
@@ -63,11 +62,9 @@ class TerraneViewer implements Viewer {
   private wrong: Problem | null = null;
   private isDisposed = false;
 
-  private readonly allLines = new Map<string, Line>();
-  private areLinesStale = false;
-  private readonly studied = new Map<string, { easting: number; northing: number }[]>();
-  private isStudyStale = false;
-  private readonly passes = new Map<string, Pass>();
+  private readonly groundLines = new GroundLines();
+  private readonly studied = new StudiedLines();
+  private readonly passes = new Passes();
 
   private way: "map" | "fly" | "none" = "none";
   private controller: Controls | null = null;
@@ -78,9 +75,7 @@ class TerraneViewer implements Viewer {
   private timer = 0;
   private lastStep = 0;
   private lastMoved = -1e9;
-  private samplesNow = 1;
-  private canAffordSamples = true;
-  private slow = { frames: 0, milliseconds: 0 };
+  private readonly samples = new SamplesChoice();
   private frameMilliseconds = 0;
   private intervalMilliseconds = 0;
   private loading: Loading = { phase: "engine", bytesReceived: 0, bytesWanted: 0, requestsUnderway: 0 };
@@ -165,12 +160,12 @@ class TerraneViewer implements Viewer {
       const asked = this.options.settings ?? {};
       if (asked.samples === undefined) this.chosen.samples = 1;
       if (asked.pixelRatio === undefined) this.chosen.pixelRatio = 1;
-      this.canAffordSamples = false;
+      this.samples.assume(false);
     }
-    if (this.info !== null) this.givePasses(native);
+    if (this.info !== null) this.passes.giveAll(native, this.info);
     if (this.layerStates.length > 0) this.giveLayers(native);
-    this.areLinesStale = true;
-    this.samplesNow = this.canAffordSamples ? this.chosen.samples : 1;
+    this.groundLines.isStale = true;
+    this.samples.restart(this.chosen.samples);
     this.giveStyle();
     this.wake();
   }
@@ -307,9 +302,10 @@ class TerraneViewer implements Viewer {
     const isGoing = this.info !== null && this.moveOn(now / 1000, seconds);
     const isResized = this.takeSize(native);
     this.giveCamera(native);
-    if (this.areLinesStale && this.info !== null) this.giveLines(native);
-    if (this.isStudyStale && this.info !== null) this.giveStudied(native);
-    this.chooseSamples(now, native);
+    if (this.groundLines.isStale && this.info !== null) this.groundLines.give(native, this.chosen.pixelRatio);
+    if (this.studied.isStale && this.info !== null) this.studied.give(native);
+    const isAtRest = now - this.lastMoved > kRestMilliseconds && native.isSettled();
+    if (this.samples.choose(this.chosen.samples, isAtRest)) this.giveStyle();
 
     const begun = performance.now();
     const isDrawn = native.frame(begun / 1000);
@@ -320,7 +316,7 @@ class TerraneViewer implements Viewer {
     this.tellProgress(native, report);
     this.recorder?.see(this.current, now / 1000);
     if (isDrawn) {
-      this.judge(sinceLast);
+      this.samples.judge(sinceLast);
       if (this.events.has("frame")) this.events.tell("frame", this.statistics());
     }
 
@@ -335,7 +331,7 @@ class TerraneViewer implements Viewer {
     this.layerStates = info.layers.map((layer) => ({ ...layer, visible: true }));
     if (!this.isPlaced) this.place({ ...this.overview() });
     else this.place(completeView(this.current, this.options.view ?? {}, this.overview()));
-    this.givePasses(native);
+    this.passes.giveAll(native, info);
     this.resolveReady(info);
     this.events.tell("ready", info);
     this.events.tell("layers", this.layerStates);
@@ -379,24 +375,6 @@ class TerraneViewer implements Viewer {
     );
   }
 
-  /** All samples where nothing moves; while it moves only where the frames have shown that they can. */
-  private chooseSamples(now: number, native: EngineView): void {
-    const isAtRest = now - this.lastMoved > kRestMilliseconds && native.isSettled();
-    const wanted = isAtRest || this.canAffordSamples ? this.chosen.samples : 1;
-    if (wanted === this.samplesNow) return;
-    this.samplesNow = wanted;
-    this.giveStyle();
-  }
-
-  private judge(intervalMilliseconds: number): void {
-    if (this.samplesNow === 1 || !this.canAffordSamples || intervalMilliseconds > 500) return;
-    this.slow.frames += 1;
-    this.slow.milliseconds += intervalMilliseconds;
-    if (this.slow.frames < kFramesToJudge) return;
-    if (this.slow.milliseconds / this.slow.frames > kSlowFrameMilliseconds) this.canAffordSamples = false;
-    this.slow = { frames: 0, milliseconds: 0 };
-  }
-
   private tellProgress(native: EngineView, report: EngineReport): void {
     const hasGround = report.tilesOnGpu > 0;
     const phase = native.isSettled() && hasGround ? "settled" : hasGround ? "detail" : this.info === null ? "dataset" : "ground";
@@ -437,7 +415,7 @@ class TerraneViewer implements Viewer {
 
   get isSettled(): boolean {
     // What the engine has not been told of yet is still to come, however long a frame takes.
-    const isTold = !this.isStudyStale && !(this.areLinesStale && this.isAttached);
+    const isTold = !this.studied.isStale && !(this.groundLines.isStale && this.isAttached);
     return isTold && (this.native?.isSettled() ?? false);
   }
 
@@ -455,9 +433,9 @@ class TerraneViewer implements Viewer {
 
   set(settings: Partial<Settings>): void {
     Object.assign(this.chosen, checkSettings({ ...this.chosen, ...settings }));
-    if (settings.samples !== undefined) this.canAffordSamples = !isSoftwareRenderer(this.native?.rendererName() ?? "");
-    if (settings.pixelRatio !== undefined) this.areLinesStale = true;
-    this.samplesNow = this.canAffordSamples ? this.chosen.samples : 1;
+    if (settings.samples !== undefined) this.samples.assume(!isSoftwareRenderer(this.native?.rendererName() ?? ""));
+    if (settings.pixelRatio !== undefined) this.groundLines.isStale = true;
+    this.samples.restart(this.chosen.samples);
     this.giveStyle();
     this.events.tell("settings", this.chosen);
     this.wake();
@@ -465,7 +443,7 @@ class TerraneViewer implements Viewer {
 
   private giveStyle(): void {
     const { pixelRatio, ...style } = this.chosen;
-    this.native?.setStyle({ ...style, tau: style.tau * pixelRatio, samples: this.samplesNow });
+    this.native?.setStyle({ ...style, tau: style.tau * pixelRatio, samples: this.samples.now });
     this.wake();
   }
 
@@ -633,14 +611,7 @@ class TerraneViewer implements Viewer {
 
   profile(line: { easting: number; northing: number }[], samples = 256): ProfilePoint[] {
     if (this.native === null || this.info === null || line.length < 2) return [];
-    const corners = new Float64Array(line.flatMap((point) => [point.easting, point.northing]));
-    const rows = this.native.profile(corners, Math.max(2, Math.floor(samples)));
-    const out: ProfilePoint[] = [];
-    for (let i = 0; i + 4 < rows.length; i += 5) {
-      const [distance = NaN, easting = NaN, northing = NaN, height = NaN, error = NaN] = rows.subarray(i, i + 5);
-      out.push({ distance, easting, northing, height, error });
-    }
-    return out;
+    return profileAlong(this.native, line, samples);
   }
 
   lineOfSight(
@@ -649,93 +620,38 @@ class TerraneViewer implements Viewer {
     options: { curvature?: boolean; refraction?: number; length?: number } = {},
   ): Sight {
     if (this.native === null || this.info === null) throw new Error("The dataset is not open yet: await viewer.ready.");
-    const { curvature = true, refraction = this.info.ellipsoid.isEarth ? kUsualRefraction : 0, length } = options;
-    if (!(refraction >= 0 && refraction < 1)) throw new RangeError("The refraction is a coefficient from 0 to 1: 0.13 is usual.");
-    if (length !== undefined && !(length >= 0 && Number.isFinite(length))) throw new RangeError("The length is a number of metres.");
-    const [seen, clearance = NaN, easting, northing, height] = this.native.lineOfSight(
-      from.easting, from.northing, from.above ?? 2, to.easting, to.northing, to.above ?? 2,
-      curvature ? refraction : NaN, length ?? NaN,
-    );
-    const isHidden = seen !== 1 && easting !== undefined && northing !== undefined && height !== undefined;
-    return { visible: seen === 1, clearance, blockedAt: isHidden ? { easting, northing, height } : null };
+    return lookFrom(this.native, this.info.ellipsoid.isEarth, from, to, options);
   }
 
   studyGround(id: string, line: { easting: number; northing: number }[] | null): void {
-    if (!(line ?? []).every((place) => Number.isFinite(place.easting) && Number.isFinite(place.northing)))
-      throw new RangeError(`The line "${id}" has points that are no numbers.`);
-    if (line === null || line.length === 0) {
-      if (!this.studied.delete(id)) return;
-    } else {
-      this.studied.set(id, line.map(({ easting, northing }) => ({ easting, northing })));
-    }
-    this.isStudyStale = true;
-    this.wake();
-  }
-  private giveStudied(native: EngineView): void {
-    this.isStudyStale = false;
-    const lines = [...this.studied.values()];
-    native.studyGround(
-      Float64Array.from(lines.flat().flatMap((place) => [place.easting, place.northing])),
-      Float64Array.from(lines, (line) => line.length),
-    );
+    if (this.studied.set(id, line)) this.wake();
   }
 
   // ------------------------------------------------------------------------------------------ lines and passes
 
   get lines(): ReadonlyMap<string, Line> {
-    return this.allLines;
+    return this.groundLines.all;
   }
   setLine(id: string, line: Line): void {
-    if (!line.points.every((point) => Number.isFinite(point.easting) && Number.isFinite(point.northing)))
-      throw new RangeError(`The line "${id}" has points that are no numbers.`);
-    this.allLines.set(id, line);
-    this.areLinesStale = true;
+    this.groundLines.set(id, line);
     this.wake();
   }
   removeLine(id: string): void {
-    if (!this.allLines.delete(id)) return;
-    this.areLinesStale = true;
-    this.wake();
-  }
-  private giveLines(native: EngineView): void {
-    this.areLinesStale = false;
-    const packed = packLines(this.allLines.values(), this.chosen.pixelRatio);
-    native.setLines(packed.corners, packed.lines);
+    if (this.groundLines.remove(id)) this.wake();
   }
 
   addPass(pass: Pass): void {
-    if (this.native && this.info && this.canDraw()) {
-      const trouble = this.givePass(this.native, pass);
-      if (trouble !== "") throw new ViewerError({ code: "engine", message: `The pass "${pass.name}" does not compile:\n${trouble}`, isFatal: false });
-    }
-    this.passes.set(pass.name, pass);
+    this.passes.add(pass, this.canDraw() ? this.native : null, this.info);
     this.requestRender();
   }
   setPassUniforms(name: string, uniforms: Record<string, number | number[]>): void {
-    const pass = this.passes.get(name);
-    if (pass === undefined) throw new RangeError(`There is no pass "${name}".`);
-    this.passes.set(name, { ...pass, uniforms: { ...pass.uniforms, ...uniforms } });
-    if (this.native && this.info) giveUniforms(this.native, name, uniforms);
+    this.passes.setUniforms(name, uniforms, this.info !== null ? this.native : null);
     this.requestRender();
   }
   removePass(name: string): void {
-    if (!this.passes.delete(name)) return;
+    if (!this.passes.remove(name)) return;
     this.native?.removePass(name);
     this.requestRender();
-  }
-  /** Those that were added before the dataset was open, or the graphics were lost. */
-  private givePasses(native: EngineView): void {
-    for (const pass of this.passes.values()) {
-      const trouble = this.givePass(native, pass);
-      if (trouble !== "") reportError(new Error(`The pass "${pass.name}" does not compile:\n${trouble}`));
-    }
-  }
-  private givePass(native: EngineView, pass: Pass): string {
-    const box = this.info?.bounds ?? { west: 0, east: 0, south: 0, north: 0 };
-    const origin = pass.origin ?? { easting: (box.west + box.east) / 2, northing: (box.south + box.north) / 2, height: 0 };
-    const trouble = native.setPass(pass.name, pass.fragment, origin.easting, origin.northing, origin.height);
-    if (trouble === "") giveUniforms(native, pass.name, pass.uniforms ?? {});
-    return trouble;
   }
 
   // ------------------------------------------------------------------------------------------ flights, pictures
@@ -786,10 +702,6 @@ class TerraneViewer implements Viewer {
   }
 }
 
-function giveUniforms(native: EngineView, name: string, uniforms: Record<string, number | number[]>): void {
-  for (const [uniform, value] of Object.entries(uniforms)) native.setPassUniform(name, uniform, new Float32Array([value].flat()));
-}
-
 /** Such trouble begins with the address of what was asked for; a worker's does not. */
 function isAboutFetching(trouble: string): boolean {
   return /^https?:/.test(trouble);
@@ -799,19 +711,4 @@ function isAboutFetching(trouble: string): boolean {
 function completeView(current: View, given: Partial<View>, overview: View): View {
   const isPlaced = given.easting !== undefined && given.northing !== undefined;
   return isPlaced ? { ...current, height: given.height ?? overview.height } : { ...overview, ...given };
-}
-
-function checkSettings(settings: Settings): Settings {
-  const positive = ["tau", "pixelRatio", "exaggeration"] as const;
-  for (const name of positive)
-    if (!(settings[name] > 0 && Number.isFinite(settings[name]))) throw new RangeError(`${name} must be a number above 0, not ${settings[name]}.`);
-  for (const name of ["sunAzimuth", "sunAltitude", "imageryRelief", "imageryBrightness"] as const)
-    if (!Number.isFinite(settings[name])) throw new RangeError(`${name} must be a number, not ${settings[name]}.`);
-  return {
-    ...settings,
-    samples: settings.samples >= 2 ? 4 : 1,
-    sunAltitude: clamp(settings.sunAltitude, 1, 90),
-    exaggeration: clamp(settings.exaggeration, 0.01, 100),
-    pixelRatio: clamp(settings.pixelRatio, 0.1, 4),
-  };
 }
