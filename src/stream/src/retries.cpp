@@ -8,7 +8,7 @@
 namespace terrane {
 namespace {
 
-/// A tile that is given up is tried again after so long.
+/// What is given up is tried again after so long.
 constexpr double kLostSeconds = 60.0;
 
 }  // namespace
@@ -30,15 +30,21 @@ bool Retries::isOpeningDue(int file, double nowSeconds) const {
   return at == opening_.end() || nowSeconds >= at->second.notBefore;
 }
 
-void Retries::directoryFailed(int file, uint64_t offset, double nowSeconds) {
+void Retries::directoryFailed(int file, uint64_t offset, FetchProblem problem, double nowSeconds) {
   Tries& tries = directories_[{file, offset}];
   ++tries.failures;
-  tries.notBefore = nowSeconds + backOff(tries.failures, offset);
+  tries.isLost = problem == FetchProblem::Missing || tries.failures >= kMostBusy;
+  tries.notBefore = nowSeconds + (tries.isLost ? kLostSeconds : backOff(tries.failures, offset));
 }
 
 bool Retries::isDirectoryDue(int file, uint64_t offset, double nowSeconds) const {
   const auto at = directories_.find({file, offset});
   return at == directories_.end() || nowSeconds >= at->second.notBefore;
+}
+
+bool Retries::isDirectoryLost(int file, uint64_t offset) const {
+  const auto at = directories_.find({file, offset});
+  return at != directories_.end() && at->second.isLost;
 }
 
 void tileFailed(const TileKey& key, ShelfEntry& entry, FetchProblem problem, double atLeastSeconds,

@@ -29,14 +29,18 @@ class Retries {
   bool openingFailed(int file, double nowSeconds);
   bool isOpeningDue(int file, double nowSeconds) const;
 
-  /// The directory at `offset`: tried again as long as it is needed.
-  void directoryFailed(int file, uint64_t offset, double nowSeconds);
+  /// The directory at `offset`: tried again as long as it is needed, but rarely where the server says that
+  /// there is none, or after many tries.
+  void directoryFailed(int file, uint64_t offset, FetchProblem problem, double nowSeconds);
   bool isDirectoryDue(int file, uint64_t offset, double nowSeconds) const;
+  /// Is it given up, at least until it is due again?
+  bool isDirectoryLost(int file, uint64_t offset) const;
 
  private:
   struct Tries {
     int failures = 0;
     double notBefore = 0.0;
+    bool isLost = false;
   };
   std::map<int, Tries> opening_;
   std::map<std::pair<int, uint64_t>, Tries> directories_;

@@ -142,7 +142,7 @@ class TileStream::State {
       case What::Directory:
         if (const Status status = archives_.addDirectory(request.plan.file, request.places[0], answer.bytes);
             !status.ok())
-          retryDirectory(request);
+          retryDirectory(request, FetchProblem::Malformed);
         else if (request.plan.offset == 0)
           keepFirstTiles(request.plan.file, answer.bytes);
         break;
@@ -204,7 +204,7 @@ class TileStream::State {
       return;
     }
     retries_.reached();
-    if (request.what == What::Directory) return retryDirectory(request);
+    if (request.what == What::Directory) return retryDirectory(request, failure.problem);
     if (request.what != What::Tiles) {
       if (failure.problem == FetchProblem::Missing) return fail(failure.message);
       return retryOrFail(request, failure.message);
@@ -231,8 +231,8 @@ class TileStream::State {
     const int file = request.what == What::Manifest ? Retries::kManifest : request.plan.file;
     if (!retries_.openingFailed(file, now_)) fail(why);
   }
-  void retryDirectory(const Underway& request) {
-    retries_.directoryFailed(request.plan.file, request.plan.offset, now_);
+  void retryDirectory(const Underway& request, FetchProblem problem) {
+    retries_.directoryFailed(request.plan.file, request.plan.offset, problem, now_);
   }
 
   void takeMade() {
@@ -374,6 +374,8 @@ class TileStream::State {
       if (entry.isDecoded() || entry.payload != nullptr || entry.request != 0 || entry.decoding) continue;
       if (now_ < entry.notBefore || shelf_.isBelowLost(ranked.key)) continue;
       const PmtilesIndex::Found found = archives_.find(ranked.key);
+      if (found.kind == PmtilesIndex::Kind::InDirectory)
+        entry.lost = retries_.isDirectoryLost(archives_.fileOf(ranked.key), found.place.offset);
       // Over a thin line, not before all that comes first.
       if (found.kind == PmtilesIndex::Kind::InDirectory && !(first && ranked.key.isRefinement()))
         startDirectory(ranked.key);

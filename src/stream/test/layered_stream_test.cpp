@@ -192,7 +192,21 @@ TEST_F(LayeredStreamTest, ALayerWhoseArchiveIsGoneLeavesTheOthers) {
   s.step(20.0);
   EXPECT_EQ(s.stream->phase(), StreamPhase::Ready);
   expectTrue(*s.stream, deepest(), 2);
-  EXPECT_LT(s.stream->statistics().requestsFailed, 20U);
+  // Given up, and said so; asked for again once a minute.
+  EXPECT_TRUE(s.stream->isIdle());
+  EXPECT_TRUE(s.stream->isLost(TileKey::elevation(deepest(), 2)));
+  EXPECT_GT(s.stream->statistics().tilesLost, 0U);
+  EXPECT_EQ(s.stream->statistics().debt, 0.0);
+  EXPECT_EQ(s.stream->statistics().requestsFailed, 1U);
+  s.step(60.0);
+  EXPECT_EQ(s.stream->statistics().requestsFailed, 2U);
+
+  // It comes back.
+  writeWholeFile(incomplete + "/" + elevationArchiveName(2),
+                 readWholeFile(directory() + "/" + elevationArchiveName(2)));
+  s.step(70.0);
+  expectTrue(*s.stream, deepest(), kLayers);
+  EXPECT_EQ(s.stream->statistics().tilesLost, 0U);
 }
 
 TEST_F(LayeredStreamTest, OverAThinLineLaterLayersHoldUpNothing) {
