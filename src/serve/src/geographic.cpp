@@ -13,6 +13,8 @@ namespace {
 /// Lines longer than that are measured in parts: straight in a projection is not the shortest way.
 constexpr double kPartMeters = 20e3;
 constexpr double kMostParts = 64.0;
+/// Transforms from so many other CRSs are kept for the next question.
+constexpr size_t kMostKept = 16;
 
 /// East before north on both sides, as rasters have it. Takes `plain` over.
 PJ* eastBeforeNorth(PJ_CONTEXT* context, PJ* plain) {
@@ -26,8 +28,8 @@ PJ* eastBeforeNorth(PJ_CONTEXT* context, PJ* plain) {
 
 struct Geographic::Transform {
   PJ_CONTEXT* context = nullptr;
-  PJ* transform = nullptr;     ///< from degrees to the CRS
-  PJ* toOwnDegrees = nullptr;  ///< from the CRS to longitude and latitude on its own ellipsoid
+  PJ* transform = nullptr;     ///< from the other CRS to the dataset's
+  PJ* toOwnDegrees = nullptr;  ///< from the dataset's to longitude and latitude on its ellipsoid
   geod_geodesic ellipsoid{};
   Transform() = default;
   Transform(const Transform&) = delete;
@@ -43,12 +45,12 @@ struct Geographic::Transform {
 Geographic::Geographic(std::string crsWkt) : crsWkt_(std::move(crsWkt)) {}
 Geographic::~Geographic() = default;
 
-std::unique_ptr<Geographic::Transform> Geographic::take() {
+std::unique_ptr<Geographic::Transform> Geographic::take(const std::string& name) {
   {
     const std::lock_guard lock(mutex_);
-    if (!idle_.empty()) {
-      auto transform = std::move(idle_.back());
-      idle_.pop_back();
+    if (const auto kept = idle_.find(name); kept != idle_.end() && !kept->second.empty()) {
+      auto transform = std::move(kept->second.back());
+      kept->second.pop_back();
       return transform;
     }
   }
@@ -58,8 +60,8 @@ std::unique_ptr<Geographic::Transform> Geographic::take() {
   proj_context_set_enable_network(made->context, 0);
   // note: by its EPSG name, as a build warps; for "OGC:CRS84" PROJ takes another way from NAD83, a metre off.
   made->transform = eastBeforeNorth(
-      made->context, proj_create_crs_to_crs(made->context, "EPSG:4326", crsWkt_.c_str(), nullptr));
-  made->findOwnDegrees(crsWkt_);
+      made->context, proj_create_crs_to_crs(made->context, name.c_str(), crsWkt_.c_str(), nullptr));
+  if (name == kDegrees) made->findOwnDegrees(crsWkt_);
   return made;
 }
 
@@ -88,30 +90,35 @@ void Geographic::Transform::findOwnDegrees(const std::string& crsWkt) {
   toOwnDegrees = found;
 }
 
-void Geographic::giveBack(std::unique_ptr<Transform> transform) {
+void Geographic::giveBack(const std::string& name, std::unique_ptr<Transform> transform) {
   const std::lock_guard lock(mutex_);
-  idle_.push_back(std::move(transform));
+  if (idle_.size() > kMostKept && idle_.count(name) == 0) return;
+  idle_[name].push_back(std::move(transform));
 }
 
-std::vector<glm::dvec2> Geographic::transformed(std::span<const glm::dvec2> places, bool toGeographic) {
-  auto transform = take();
+std::vector<glm::dvec2> Geographic::transformed(const std::string& name, std::span<const glm::dvec2> places,
+                                                bool forward) {
+  auto transform = take(name);
   PJ* const way = transform->transform;
   std::vector<glm::dvec2> out(places.size(), glm::dvec2(std::numeric_limits<double>::quiet_NaN()));
   for (size_t i = 0; i < places.size() && way != nullptr; ++i) {
     const PJ_COORD result =
-        proj_trans(way, toGeographic ? PJ_INV : PJ_FWD, proj_coord(places[i].x, places[i].y, 0.0, HUGE_VAL));
+        proj_trans(way, forward ? PJ_FWD : PJ_INV, proj_coord(places[i].x, places[i].y, 0.0, HUGE_VAL));
     if (std::isfinite(result.xy.x) && std::isfinite(result.xy.y)) out[i] = {result.xy.x, result.xy.y};
     proj_errno_reset(way);
   }
-  giveBack(std::move(transform));
+  giveBack(name, std::move(transform));
   return out;
 }
 
 std::vector<glm::dvec2> Geographic::crsFromGeographic(std::span<const glm::dvec2> degrees) {
-  return transformed(degrees, false);
+  return transformed(kDegrees, degrees, true);
 }
 std::vector<glm::dvec2> Geographic::geographicFromCrs(std::span<const glm::dvec2> crs) {
-  return transformed(crs, true);
+  return transformed(kDegrees, crs, false);
+}
+std::vector<glm::dvec2> Geographic::crsFrom(const std::string& name, std::span<const glm::dvec2> places) {
+  return transformed(name, places, true);
 }
 
 std::optional<glm::dvec2> Geographic::crsFromGeographic(glm::dvec2 degrees) {
@@ -120,7 +127,7 @@ std::optional<glm::dvec2> Geographic::crsFromGeographic(glm::dvec2 degrees) {
 }
 
 std::optional<std::vector<double>> Geographic::metersAlong(std::span<const glm::dvec2> cornersCrs) {
-  auto transform = take();
+  auto transform = take(kDegrees);
   std::vector<double> out;
   const auto measure = [&] {
     if (transform->toOwnDegrees == nullptr) return false;
@@ -153,15 +160,15 @@ std::optional<std::vector<double>> Geographic::metersAlong(std::span<const glm::
   };
   const bool isKnown = measure();
   if (transform->toOwnDegrees != nullptr) proj_errno_reset(transform->toOwnDegrees);
-  giveBack(std::move(transform));
+  giveBack(kDegrees, std::move(transform));
   if (!isKnown) return std::nullopt;
   return out;
 }
 
-bool Geographic::available() {
-  auto transform = take();
+bool Geographic::available(const std::string& name) {
+  auto transform = take(name);
   const bool there = transform->transform != nullptr;
-  giveBack(std::move(transform));
+  giveBack(name, std::move(transform));
   return there;
 }
 

@@ -1,18 +1,21 @@
 #include "query_request.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "geographic.h"
+
 namespace terrane::serve {
 namespace {
 
 using Json = nlohmann::json;
-using Answer = QueryResult<QueryRequest>;
+using ReadRequest = QueryResult<QueryRequest>;
 
 template <class... Args>
-Answer refuseQuery(int status, fmt::format_string<Args...> format, Args&&... args) {
+ReadRequest refuseQuery(int status, fmt::format_string<Args...> format, Args&&... args) {
   return {{}, {status, fmt::format(format, std::forward<Args>(args)...)}};
 }
 
@@ -39,7 +42,7 @@ struct Parts {
   std::optional<bool> curvature;
 };
 
-std::optional<double> readNumber(std::string_view text) {
+std::optional<double> readFinite(std::string_view text) {
   double number = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(number)) return {};
@@ -53,8 +56,8 @@ Result<std::vector<glm::dvec2>> readPoints(std::string_view text, size_t most) {
     const size_t end = std::min(text.find(';'), text.size());
     const std::string_view pair = text.substr(0, end);
     const size_t comma = std::min(pair.find(','), pair.size());
-    const auto x = readNumber(pair.substr(0, comma));
-    const auto y = readNumber(pair.substr(std::min(comma + 1, pair.size())));
+    const auto x = readFinite(pair.substr(0, comma));
+    const auto y = readFinite(pair.substr(std::min(comma + 1, pair.size())));
     if (!x || !y) return makeError("point {} is no pair of numbers like 491500,6680500", points.size() + 1);
     points.emplace_back(*x, *y);
     text.remove_prefix(std::min(end + 1, text.size()));
@@ -70,12 +73,22 @@ Result<glm::dvec2> pointFromJson(const Json& json) {
   return point;
 }
 
+/// note: PROJ would take much else for a CRS, files among it.
+bool isEpsgName(std::string_view name) {
+  constexpr std::string_view kAuthority = "EPSG:";
+  constexpr size_t kMostDigits = 6;
+  if (name.substr(0, kAuthority.size()) != kAuthority) return false;
+  const std::string_view code = name.substr(kAuthority.size());
+  return !code.empty() && code.size() <= kMostDigits &&
+         std::all_of(code.begin(), code.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
 size_t mostPoints(QueryKind kind, const QueryLimits& limits) {
   return kind == QueryKind::LineOfSight ? limits.targets : limits.points;
 }
 
 /// The checks that do not depend on how the question was written.
-Answer check(QueryKind kind, Parts parts, const QueryLimits& limits) {
+ReadRequest check(QueryKind kind, Parts parts, const QueryLimits& limits) {
   const char* list = kind == QueryKind::LineOfSight ? "to" : "points";
   const size_t least = kind == QueryKind::Profile ? 2 : 1, most = mostPoints(kind, limits);
   if (parts.points.size() < least)
@@ -90,13 +103,15 @@ Answer check(QueryKind kind, Parts parts, const QueryLimits& limits) {
     if (parts.from.size() != 1) return refuseQuery(400, "'from' must be one point, as from=X,Y");
     query.from = parts.from[0];
   }
-  if (!parts.crs.empty()) {
-    if (parts.crs != "EPSG:4326" && parts.crs != "OGC:CRS84" && parts.crs != "dataset")
-      return refuseQuery(400,
-                         "'crs' must be EPSG:4326 (longitude,latitude) or be left out for the dataset's own");
-    query.geographic = parts.crs != "dataset";
+  if (!parts.crs.empty() && parts.crs != "dataset") {
+    query.crs = parts.crs == "OGC:CRS84" ? Geographic::kDegrees : parts.crs;
+    if (!isEpsgName(query.crs))
+      return refuseQuery(
+          400,
+          "'crs' must be an EPSG code like EPSG:4326 (longitude,latitude), or be left out for the "
+          "dataset's own");
   }
-  if (query.geographic) {
+  if (query.crs == Geographic::kDegrees) {
     std::vector<glm::dvec2> all = query.points;
     if (kind == QueryKind::LineOfSight) all.push_back(query.from);
     for (const glm::dvec2 p : all)
@@ -158,7 +173,7 @@ QueryResult<QueryRequest> readQuery(QueryKind kind, const RequestTarget& target,
       if (value != "true" && value != "false") return refuseQuery(400, "'curvature' must be true or false");
       parts.curvature = value == "true";
     } else {
-      const auto number = readNumber(value);
+      const auto number = readFinite(value);
       if (!number) return refuseQuery(400, "'{}' is no number: '{}'", name, value.substr(0, 40));
       (name == "samples"  ? parts.samples
        : name == "eye"    ? parts.eye

@@ -29,7 +29,7 @@ struct QueryRequest {
   QueryKind kind = QueryKind::Elevation;
   std::vector<glm::dvec2> points;  ///< places; of a line of sight, where it ends
   glm::dvec2 from{0.0};            ///< of a line of sight
-  bool geographic = false;         ///< longitude and latitude; else the dataset's CRS
+  std::string crs;                 ///< of the places, as "EPSG:2056"; empty: the dataset's
   size_t samples = 0;              ///< of a profile
   double eyeMeters = 0.0;          ///< above the ground
   double targetMeters = 0.0;

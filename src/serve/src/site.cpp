@@ -291,7 +291,7 @@ HttpResponse Site::State::query(const Call& call, const ServedDataset& served, Q
   const auto question =
       isPost ? readQueryJson(kind, request.body, limits) : readQuery(kind, call.target, limits);
   if (!question.value) return refuseAs(Route::Query, question.refusal.status, question.refusal.words + ".");
-  const auto answered = answerQuery(*question.value, *served.tiles, *served.geographic, limits);
+  const auto answered = answerQuery(*question.value, served.name, *served.tiles, *served.geographic, limits);
   if (!answered.ok())
     return refuseAs(Route::Query, 500,
                     "The dataset's tiles cannot be read; its operator should run terrane verify.");

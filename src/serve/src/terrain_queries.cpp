@@ -14,15 +14,15 @@
 namespace terrane::serve {
 namespace {
 
-using Json = nlohmann::ordered_json;
-using Answer = QueryResult<std::string>;
+using OrderedJson = nlohmann::ordered_json;
+using QueryAnswer = QueryResult<std::string>;
 
-Json orNull(const std::optional<double>& number) {
-  return number ? Json(*number) : Json(nullptr);
+OrderedJson orNull(const std::optional<double>& number) {
+  return number ? OrderedJson(*number) : OrderedJson(nullptr);
 }
 
-Json pair(glm::dvec2 p) {
-  return Json::array({p.x, p.y});
+OrderedJson pair(glm::dvec2 p) {
+  return OrderedJson::array({p.x, p.y});
 }
 
 /// The places of a question in sample coordinates.
@@ -31,22 +31,25 @@ struct Places {
   QueryRefusal refusal;  ///< words where one could not be transformed
 };
 
-Places placesOf(const std::vector<glm::dvec2>& points, bool areGeographic, const Frame& frame,
+Places placesOf(std::vector<glm::dvec2> points, const std::string& crs, const Frame& frame,
                 Geographic& geographic) {
   Places out;
-  for (size_t i = 0; i < points.size(); ++i) {
-    glm::dvec2 crs = points[i];
-    if (areGeographic) {
-      const auto projected = geographic.crsFromGeographic(points[i]);
-      if (!projected) {
-        out.refusal = {400, geographic.available()
-                                ? fmt::format("point {}: the dataset's CRS has no place for it", i + 1)
-                                : "this dataset's CRS cannot be related to EPSG:4326; ask in its own CRS"};
-        return out;
-      }
-      crs = *projected;
+  if (!crs.empty()) {
+    if (!geographic.available(crs)) {
+      out.refusal = {
+          400, fmt::format("{} is not known here, or this dataset's CRS cannot be related to it; ask in "
+                           "the dataset's own CRS",
+                           crs)};
+      return out;
     }
-    const glm::dvec3 local = frame.localFromCrs({crs, 0.0});
+    points = geographic.crsFrom(crs, points);
+  }
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (std::isnan(points[i].x)) {
+      out.refusal = {400, fmt::format("point {}: the dataset's CRS has no place for it", i + 1)};
+      return out;
+    }
+    const glm::dvec3 local = frame.localFromCrs({points[i], 0.0});
     out.samples.push_back(frame.sampleFromLocal(glm::dvec2(local)));
   }
   return out;
@@ -56,15 +59,15 @@ glm::dvec2 crsFromSample(const Frame& frame, glm::dvec2 sample) {
   return glm::dvec2(frame.crsFromLocal({frame.localFromSample(sample), 0.0}));
 }
 
-Json begin(const Manifest& manifest) {
-  return {{"dataset", manifest.name},
+OrderedJson begin(const std::string& name, const Manifest& manifest) {
+  return {{"dataset", name},
           {"crs", manifest.crsName},
           {"verticalDatum", manifest.verticalDatum},
           {"maxErrorMeters", manifest.maxErrorMeters}};
 }
 
-Result<Json> elevations(Surface& surface, const std::vector<glm::dvec2>& places) {
-  Json heights = Json::array();
+Result<OrderedJson> elevations(Surface& surface, const std::vector<glm::dvec2>& places) {
+  OrderedJson heights = OrderedJson::array();
   for (const glm::dvec2 place : places) {
     TERRANE_ASSIGN(const auto height, surface.heightAt(place));
     heights.push_back(orNull(height));
@@ -101,42 +104,43 @@ std::optional<std::vector<double>> distancesOnEllipsoid(const std::vector<Profil
 }
 
 /// `count` places along a line of straight legs, at equal distances in the projection, both ends included.
-Result<Json> profile(Surface& surface, const Frame& frame, const std::vector<glm::dvec2>& corners,
-                     size_t count, Geographic& geographic) {
+Result<OrderedJson> profile(Surface& surface, const Frame& frame, const std::vector<glm::dvec2>& corners,
+                            size_t count, Geographic& geographic) {
   TERRANE_ASSIGN(const auto points, profileAlong(surface, frame, corners, count));
   const auto onEllipsoid = distancesOnEllipsoid(points, frame, corners, geographic);
-  Json distances = Json::array(), heights = Json::array();
+  OrderedJson distances = OrderedJson::array(), heights = OrderedJson::array();
   for (size_t i = 0; i < points.size(); ++i) {
     distances.push_back(onEllipsoid ? (*onEllipsoid)[i] : points[i].distanceMeters);
     heights.push_back(orNull(points[i].height));
   }
-  const Json length = distances.empty() ? Json(0.0) : distances.back();
-  return Json{{"measuredOn", measuredOn(onEllipsoid.has_value())},
-              {"lengthMeters", length},
-              {"distancesMeters", distances},
-              {"heightsMeters", heights}};
+  const OrderedJson length = distances.empty() ? OrderedJson(0.0) : distances.back();
+  return OrderedJson{{"measuredOn", measuredOn(onEllipsoid.has_value())},
+                     {"lengthMeters", length},
+                     {"distancesMeters", distances},
+                     {"heightsMeters", heights}};
 }
 
 /// One line of sight. `pieces`: how many triangles the question may still cross.
-Result<QueryResult<Json>> sight(Surface& surface, const Manifest& manifest, const QueryRequest& query,
-                                glm::dvec2 from, glm::dvec2 to, size_t& piecesLeft, Geographic& geographic) {
+Result<QueryResult<OrderedJson>> sight(Surface& surface, const Manifest& manifest, const QueryRequest& query,
+                                       glm::dvec2 from, glm::dvec2 to, size_t& piecesLeft,
+                                       Geographic& geographic) {
   const Frame& frame = manifest.frame;
   TERRANE_ASSIGN(const auto fromGround, surface.heightAt(from));
   TERRANE_ASSIGN(const auto toGround, surface.heightAt(to));
   const std::array<glm::dvec2, 2> ends{crsFromSample(frame, from), crsFromSample(frame, to)};
   const auto onEllipsoid = geographic.metersAlong(ends);
   const double length = onEllipsoid ? onEllipsoid->back() : metersBetween(frame, from, to);
-  Json out = {{"to", pair(ends[1])},
-              {"measuredOn", measuredOn(onEllipsoid.has_value())},
-              {"distanceMeters", length},
-              {"visible", nullptr}};
+  OrderedJson out = {{"to", pair(ends[1])},
+                     {"measuredOn", measuredOn(onEllipsoid.has_value())},
+                     {"distanceMeters", length},
+                     {"visible", nullptr}};
   if (!fromGround || !toGround) {
     out["reason"] = !fromGround ? "there is no ground at 'from'" : "there is no ground at this end";
-    return QueryResult<Json>{out, {}};
+    return QueryResult<OrderedJson>{out, {}};
   }
 
   const auto pieces = surface.along(from, to, piecesLeft);
-  if (!pieces.ok()) return QueryResult<Json>{{}, {413, pieces.error().message}};
+  if (!pieces.ok()) return QueryResult<OrderedJson>{{}, {413, pieces.error().message}};
   piecesLeft -= std::min(piecesLeft, pieces->size());
 
   SightLine line;
@@ -158,38 +162,39 @@ Result<QueryResult<Json>> sight(Surface& surface, const Manifest& manifest, cons
                         {"distanceMeters", *result.blockedAt * length},
                         {"heightMeters", result.blockedHeight}};
   }
-  return QueryResult<Json>{out, {}};
+  return QueryResult<OrderedJson>{out, {}};
 }
 
 }  // namespace
 
-Result<QueryResult<std::string>> answerQuery(const QueryRequest& query, SurfaceTiles& tiles,
-                                             Geographic& geographic, const QueryLimits& limits) {
+Result<QueryResult<std::string>> answerQuery(const QueryRequest& query, const std::string& name,
+                                             SurfaceTiles& tiles, Geographic& geographic,
+                                             const QueryLimits& limits) {
   const Manifest& manifest = tiles.dataset().manifest();
-  const Places places = placesOf(query.points, query.geographic, manifest.frame, geographic);
-  if (!places.refusal.words.empty()) return Answer{{}, places.refusal};
+  const Places places = placesOf(query.points, query.crs, manifest.frame, geographic);
+  if (!places.refusal.words.empty()) return QueryAnswer{{}, places.refusal};
   Surface surface(tiles);
-  Json out = begin(manifest);
+  OrderedJson out = begin(name, manifest);
   if (query.kind == QueryKind::Elevation) {
     TERRANE_ASSIGN(out["heightsMeters"], elevations(surface, places.samples));
   } else if (query.kind == QueryKind::Profile) {
-    TERRANE_ASSIGN(const Json found,
+    TERRANE_ASSIGN(const OrderedJson found,
                    profile(surface, manifest.frame, places.samples, query.samples, geographic));
     out.update(found);
   } else {
-    const Places from = placesOf({query.from}, query.geographic, manifest.frame, geographic);
-    if (!from.refusal.words.empty()) return Answer{{}, {400, "'from': " + from.refusal.words}};
+    const Places from = placesOf({query.from}, query.crs, manifest.frame, geographic);
+    if (!from.refusal.words.empty()) return QueryAnswer{{}, {400, "'from': " + from.refusal.words}};
     out["curvature"] = query.curvature;
-    out["results"] = Json::array();
+    out["results"] = OrderedJson::array();
     size_t piecesLeft = limits.pieces;
     for (const glm::dvec2 to : places.samples) {
       TERRANE_ASSIGN(auto found,
                      sight(surface, manifest, query, from.samples[0], to, piecesLeft, geographic));
-      if (!found.value) return Answer{{}, found.refusal};
+      if (!found.value) return QueryAnswer{{}, found.refusal};
       out["results"].push_back(std::move(*found.value));
     }
   }
-  return Answer{out.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n", {}};
+  return QueryAnswer{out.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n", {}};
 }
 
 }  // namespace terrane::serve

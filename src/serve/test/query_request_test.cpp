@@ -27,9 +27,10 @@ TEST(QueryRequest, ReadsTheSameFromUrlsAndBodies) {
     EXPECT_EQ(found.value->targetMeters, 2.0);
     EXPECT_TRUE(found.value->curvature);
     EXPECT_EQ(found.value->refraction, 0.13);
-    EXPECT_FALSE(found.value->geographic);
+    EXPECT_EQ(found.value->crs, "");
   }
-  EXPECT_TRUE(ask(QueryKind::Elevation, "points=7,46&crs=EPSG:4326").value->geographic);
+  EXPECT_EQ(ask(QueryKind::Elevation, "points=7,46&crs=OGC:CRS84").value->crs, "EPSG:4326");
+  EXPECT_EQ(ask(QueryKind::Elevation, "points=1,2&crs=EPSG:3857").value->crs, "EPSG:3857");
   EXPECT_EQ(ask(QueryKind::Profile, "points=7,46;8,47&samples=17").value->samples, 17U);
 }
 
@@ -51,7 +52,9 @@ TEST(QueryRequest, RefusesInWords) {
   refuses(kElevation, "points=nan,2", 400, "point 1");
   refuses(kElevation, "points=1,1e999", 400, "point 1");
   refuses(kElevation, "points=1,2&point=3", 400, "no parameter 'point'");
-  refuses(kElevation, "points=1,2&crs=EPSG:3857", 400, "EPSG:4326");
+  for (const char* crs :
+       {"EPSG:", "EPSG:12x", "EPSG:1234567", "epsg:4326", "+proj=longlat", "/etc/passwd", "@x"})
+    refuses(kElevation, std::string("points=1,2&crs=") + crs, 400, "EPSG:4326");
   refuses(kElevation, "points=1,2&crs=", 400, "EPSG:4326");
   refuses(kElevation, "points=46,91&crs=EPSG:4326", 400, "longitude comes first");
   refuses(kProfile, "points=1,2", 400, "at least 2");

@@ -564,6 +564,16 @@ TEST_F(SiteTest, AnswersQuestionsAtFullResolution) {
   EXPECT_NEAR(geographic["heightsMeters"][0].get<double>(), here["heightsMeters"][0].get<double>(), 0.01);
   EXPECT_TRUE(
       json(get("/d/made/elevation?points=60.4362771947,9&crs=EPSG:4326"))["heightsMeters"][0].is_null());
+  // In any other CRS, east before north; its own code is as good as none.
+  for (const char* place : {"500000,6700000&crs=EPSG:32632", "1001875.417139,8497517.365&crs=EPSG:3857"}) {
+    const Json there = json(get(fmt::format("/d/made/elevation?points={}", place)));
+    EXPECT_EQ(there["dataset"], "made");
+    EXPECT_NEAR(there["heightsMeters"][0].get<double>(), here["heightsMeters"][0].get<double>(), 0.05)
+        << place;
+  }
+  const HttpResponse refused = get("/d/made/elevation?points=1,2&crs=EPSG:999999");
+  EXPECT_EQ(refused.status, 400);
+  EXPECT_NE(bodyOf(refused).find("EPSG:999999 is not known"), std::string::npos) << bodyOf(refused);
 
   const Json profile =
       json(get("/d/made/profile?points=498000,6698000;502000,6698000;502000,6701000&samples=8"));
