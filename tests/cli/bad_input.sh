@@ -150,6 +150,10 @@ if [ "$(id -u)" -eq 0 ]; then
 else
   mkdir locked && chmod a-w locked
   fails 1 'locked' "$terrane" build good.tif -o locked/a.terrane
+  cp -r good.terrane theirs.terrane && chmod a-w theirs.terrane
+  fails 1 'theirs.terrane: may not be replaced' "$terrane" build good.tif -o theirs.terrane --overwrite
+  fails 1 'theirs.terrane: may not be replaced' "$terrane" build good.tif -o theirs.terrane --append
+  chmod u+w theirs.terrane
 fi
 
 # A disk that is full, for the archive and for scratch data.

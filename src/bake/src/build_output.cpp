@@ -110,9 +110,19 @@ bool saysCommitted(const std::string& target) {
   return !manifest.empty() && textOf(workPathOf(target) + "/plan").ends_with(commitLine(manifest));
 }
 
-}  // namespace
-
-namespace {
+/// Could this user put another dataset in the place of the one at `target`? note: asked before the work, not
+/// after it.
+bool mayReplace(const std::string& target) {
+  const std::string folder = folderOf(target);
+  if (access(target.c_str(), R_OK | W_OK | X_OK) != 0 || access(folder.c_str(), W_OK | X_OK) != 0)
+    return false;
+  struct stat ofFolder {
+  }, ofTarget{};
+  if (stat(folder.c_str(), &ofFolder) != 0 || stat(target.c_str(), &ofTarget) != 0) return false;
+  // In a folder like /tmp everybody may write, but rename only what is theirs.
+  const uid_t me = geteuid();
+  return (ofFolder.st_mode & S_ISVTX) == 0 || me == 0 || me == ofFolder.st_uid || me == ofTarget.st_uid;
+}
 
 /// `justMade`: a target that says it came out of the work folder is no obstacle.
 Status checkTarget(const std::string& target, bool overwrite, bool justMade) {
@@ -143,6 +153,8 @@ Status checkTarget(const std::string& target, bool overwrite, bool justMade) {
           "elsewhere",
           path.string());
   }
+  if (!mayReplace(target))
+    return makeError("{}: may not be replaced by this user; ask its owner, or choose another name", target);
   return {};
 }
 
