@@ -3,8 +3,8 @@
 # ./dev bench meshes [--whole] [NAME...]
 #
 # Names pick some of the inputs of the codec bench. What the other codecs make of a grid is taken from that bench's
-# build/bench/codec_others.json, or measured and left there. Where build/web holds the decoder (./dev build web), it runs
-# in node as well. --whole measures instead what whole datasets take, in build/bench/meshes_whole.json: a made-up one
+# build/bench/codec_others.json, or measured and left there. Where build/web holds the decoder (./dev build web all measure_mesh_decoding), it
+# runs in node as well. --whole measures instead what whole datasets take, in build/bench/meshes_whole.json: a made-up one
 # of 16385 samples a side, which takes a while and 8 GB of memory, and the largest two that are here.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -59,7 +59,7 @@ measure_whole() {
 # What the decoder does in node, for every dataset; "-" where it has not been built.
 decode_in_node() {
   if [[ ! -f $web_decoder ]]; then
-    echo "There is no $web_decoder: decoding in WebAssembly is left out; ./dev build web makes it" >&2
+    echo "There is no $web_decoder: decoding in WebAssembly is left out; ./dev build web all measure_mesh_decoding makes it" >&2
     echo -
     return
   fi

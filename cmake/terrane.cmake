@@ -53,7 +53,8 @@ endfunction()
 function(terrane_warnings target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
     -Werror -ffp-contract=off
-    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)  # false alarms from std::string::insert in g++ 12
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>  # false alarms from std::string::insert in g++ 12
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)  # takes the files of a unity build for headers
   if(TERRANE_SANITIZE)
     # note: g++ 12 loses track of sizes in instrumented code, and warns of overflows that cannot happen.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>

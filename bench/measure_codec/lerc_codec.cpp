@@ -10,7 +10,7 @@ namespace terrane {
 namespace {
 
 /// What GDAL's COMPRESS=LERC_ZSTD uses.
-constexpr int kZstdLevel = 9;
+constexpr int kLercZstdLevel = 9;
 constexpr unsigned kInt32 = 4;
 constexpr unsigned kFloat32 = 6;
 
@@ -28,7 +28,7 @@ class Lerc {
                     &written) != 0)
       return makeError("LERC cannot encode a tile");
     std::vector<uint8_t> bytes(ZSTD_compressBound(written));
-    const size_t packed = ZSTD_compress(bytes.data(), bytes.size(), blob_.data(), written, kZstdLevel);
+    const size_t packed = ZSTD_compress(bytes.data(), bytes.size(), blob_.data(), written, kLercZstdLevel);
     if (ZSTD_isError(packed) != 0) return makeError("zstd: {}", ZSTD_getErrorName(packed));
     bytes.resize(packed);
     return bytes;

@@ -8,7 +8,7 @@ namespace terrane {
 
 namespace {
 
-constexpr int kTurns = 7;
+constexpr int kExpandingTurns = 7;
 
 /// All meshes as they lie on the GPU, one after the other.
 struct Decoded {
@@ -57,7 +57,7 @@ Result<ExpandingTimes> measureExpanding(const gpu::Context& context, const MadeM
 
   std::vector<double> cpu, gpu, upload, upload16;
   Status status;
-  for (int turn = 0; turn < kTurns && status.ok(); ++turn) {
+  for (int turn = 0; turn < kExpandingTurns && status.ok(); ++turn) {
     cpu.push_back(cpuSecondsOf([&] {
       for (const MadeLevel& level : meshes.levels)
         if (const auto expanded = expandMeshes(level.compact); !expanded.ok()) status = expanded.error();

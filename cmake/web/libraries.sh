@@ -62,28 +62,38 @@ fetch_source() {
   return 1
 }
 
-# One CMake project: NAME, its folder, and its options.
+# One CMake project: NAME, its folder, what is built of it, and its options.
+# note: what CMake tries out it only compiles. Each of some fifty programs would take seconds to link, and show nothing that matters here.
 compile() {
-  local name=$1 folder=$2
-  shift 2
+  local name=$1 folder=$2 target=$3
+  shift 3
   echo "compiling $name for WebAssembly"
   cmake -G Ninja -S "$folder" -B "$work/build/$name" -DCMAKE_TOOLCHAIN_FILE="$toolchain" -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_C_FLAGS="$flags" -DCMAKE_CXX_FLAGS="$flags -fno-exceptions" -DCMAKE_C_FLAGS_RELEASE=-DNDEBUG -DCMAKE_CXX_FLAGS_RELEASE=-DNDEBUG \
     -DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_INSTALL_PREFIX="$prefix" \
-    -DCMAKE_FIND_ROOT_PATH="$prefix" -DBUILD_SHARED_LIBS=OFF -Wno-dev "$@"
-  cmake --build "$work/build/$name" --target install
+    -DCMAKE_FIND_ROOT_PATH="$prefix" -DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY -DBUILD_SHARED_LIBS=OFF -Wno-dev "$@"
+  cmake --build "$work/build/$name" --target "$target"
 }
 
-# note: CMake reads the sizes of types out of a program wrongly where that is WebAssembly.
+# note: CMake reads the sizes of types out of a program wrongly where that is WebAssembly. "install" would make programs, too.
 compile_jpeg() {
-  compile jpeg "$work/libjpeg-turbo" -DHAVE_SIZE_T=1 -DSIZE_T=4 -DHAVE_UNSIGNED_LONG=1 -DUNSIGNED_LONG=4 \
+  local source=$work/libjpeg-turbo build=$work/build/jpeg
+  compile jpeg "$source" jpeg-static -DHAVE_SIZE_T=1 -DSIZE_T=4 -DHAVE_UNSIGNED_LONG=1 -DUNSIGNED_LONG=4 \
     -DENABLE_SHARED=OFF -DWITH_SIMD=OFF -DWITH_TURBOJPEG=OFF
+  cp "$build"/libjpeg.a "$prefix/lib/"
+  cp "$build"/jconfig.h "$source"/{jpeglib,jmorecfg,jerror}.h "$prefix/include/"
 }
 
+# note: nor is anything of it needed but the library itself.
 compile_webp() {
-  compile webp "$work/libwebp" -DWEBP_BUILD_ANIM_UTILS=OFF -DWEBP_BUILD_CWEBP=OFF -DWEBP_BUILD_DWEBP=OFF \
+  local source=$work/libwebp build=$work/build/webp
+  compile webp "$source" webp -DWEBP_BUILD_ANIM_UTILS=OFF -DWEBP_BUILD_CWEBP=OFF -DWEBP_BUILD_DWEBP=OFF \
     -DWEBP_BUILD_GIF2WEBP=OFF -DWEBP_BUILD_IMG2WEBP=OFF -DWEBP_BUILD_VWEBP=OFF -DWEBP_BUILD_WEBPINFO=OFF \
     -DWEBP_BUILD_WEBPMUX=OFF -DWEBP_BUILD_EXTRAS=OFF -DWEBP_ENABLE_SIMD=OFF
+  mkdir -p "$prefix/include/webp" "$prefix/lib/pkgconfig"
+  cp "$build/libwebp.a" "$prefix/lib/"
+  cp "$build/src/libwebp.pc" "$prefix/lib/pkgconfig/"
+  cp "$source"/src/webp/{decode,encode,types}.h "$prefix/include/webp/"
 }
 
 # note: zlib's CMake wants files of Windows that Debian's sources do not have.
@@ -128,9 +138,9 @@ main() {
   # Side by side: most of the time CMake tries the compiler out, one small program after the other.
   local job jobs=()
   compile_webp & jobs+=($!)
-  compile zstd "$work/libzstd/build/cmake" -DZSTD_BUILD_PROGRAMS=OFF -DZSTD_BUILD_SHARED=OFF -DZSTD_MULTITHREAD_SUPPORT=OFF & jobs+=($!)
+  compile zstd "$work/libzstd/build/cmake" install -DZSTD_BUILD_PROGRAMS=OFF -DZSTD_BUILD_SHARED=OFF -DZSTD_MULTITHREAD_SUPPORT=OFF & jobs+=($!)
   compile_jpeg & jobs+=($!)
-  compile fmt "$work/fmtlib" -DFMT_TEST=OFF -DFMT_DOC=OFF & jobs+=($!)
+  compile fmt "$work/fmtlib" install -DFMT_TEST=OFF -DFMT_DOC=OFF & jobs+=($!)
   compile_zlib & jobs+=($!)
   compile_googletest & jobs+=($!)
   for job in "${jobs[@]}"; do wait "$job"; done

@@ -18,7 +18,7 @@ using test::TempFolder;
 using test::writePicture;
 using test::writeRaster;
 
-constexpr double kHeight = 300.0;
+constexpr double kMeanHeight = 300.0;
 /// Metres from one edge between colours to the next.
 constexpr double kPeriod = 50.0;
 
@@ -29,7 +29,9 @@ class ImageryJourney : public ::testing::TestWithParam<bool> {
     MadeRaster dem;
     dem.width = 41;
     dem.height = 31;
-    dem.heightAt = [](int col, int row) { return kHeight + 4.0 * std::sin(col * 0.4) * std::cos(row * 0.5); };
+    dem.heightAt = [](int col, int row) {
+      return kMeanHeight + 4.0 * std::sin(col * 0.4) * std::cos(row * 0.5);
+    };
     writeRaster(folder_ / "dem.tif", dem);
     SourceOptions source;
     source.inputs = {folder_ / "dem.tif"};
@@ -141,7 +143,7 @@ TEST_P(ImageryJourney, LayersLieInOrderAndMayBeLeftOut) {
   const auto expectNear = [](std::array<int, 3> a, std::array<int, 3> b) {
     for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 12);
   };
-  const glm::dvec3 left{140.0, -140.0, kHeight}, right{300.0, -140.0, kHeight};
+  const glm::dvec3 left{140.0, -140.0, kMeanHeight}, right{300.0, -140.0, kMeanHeight};
   expectNear(colorOver(left), colorAt(140.0, 140.0, 40.0));
   expectNear(colorOver(right), colorAt(300.0, 140.0, 1e6));
   ASSERT_TRUE(terrain->showImagery({"land"}).ok());
@@ -191,7 +193,7 @@ TEST_P(ImageryJourney, LayersOfAStreamingViewAreSwitchedInFlight) {
   const auto expectNear = [](std::array<int, 3> a, std::array<int, 3> b) {
     for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 12);
   };
-  const glm::dvec3 left{140.0, -140.0, kHeight}, right{300.0, -140.0, kHeight};
+  const glm::dvec3 left{140.0, -140.0, kMeanHeight}, right{300.0, -140.0, kMeanHeight};
   // Known or not, before the view is Ready a name is taken.
   EXPECT_TRUE(view.setImageryLayers({"photo", "land"}).ok());
   settle(camera);

@@ -39,9 +39,9 @@ std::string bytesOf(const fs::path& path) {
 }
 
 /// A run of the program; its standard output goes to a file.
-class Program {
+class BuildProcess {
  public:
-  Program(const std::vector<std::string>& arguments, const fs::path& output) {
+  BuildProcess(const std::vector<std::string>& arguments, const fs::path& output) {
     std::vector<std::string> all = {TERRANE_PROGRAM};
     all.insert(all.end(), arguments.begin(), arguments.end());
     std::vector<char*> pointers;
@@ -55,11 +55,11 @@ class Program {
     EXPECT_EQ(posix_spawn(&process_, TERRANE_PROGRAM, &actions, nullptr, pointers.data(), environ), 0);
     posix_spawn_file_actions_destroy(&actions);
   }
-  ~Program() {
+  ~BuildProcess() {
     if (running()) kill(process_, SIGKILL), wait();
   }
-  Program(const Program&) = delete;
-  Program& operator=(const Program&) = delete;
+  BuildProcess(const BuildProcess&) = delete;
+  BuildProcess& operator=(const BuildProcess&) = delete;
 
   /// Looks, and lets the program have the processor for a moment.
   bool running() {
@@ -154,7 +154,7 @@ class KillJourney : public ::testing::Test {
     for (int round = 0; round < 2; ++round) {
       fs::remove_all(target());
       const auto begin = Clock::now();
-      Program program(command(made, 2, false), folder_ / "said.txt");
+      BuildProcess program(command(made, 2, false), folder_ / "said.txt");
       // The log vanishes with the work; its size is seen before.
       while (program.running()) made.logBytes = std::max(made.logBytes, logSize());
       EXPECT_EQ(program.wait(), 0);
@@ -196,7 +196,7 @@ class KillJourney : public ::testing::Test {
   /// Runs the build and kills it then; false if it had ended before.
   bool runAndKill(const Case& made, int threads, bool overwrite, const Moment& moment) {
     const auto begin = Clock::now();
-    Program program(command(made, threads, overwrite), folder_ / "said.txt");
+    BuildProcess program(command(made, threads, overwrite), folder_ / "said.txt");
     while (program.running()) {
       const bool now = moment.beforeTheRename
                            ? bytesOf(work() / "plan").find("\ncommitted ") != std::string::npos
@@ -210,7 +210,7 @@ class KillJourney : public ::testing::Test {
   /// Runs the build to its end, and checks that it did what was left and nothing else.
   void resume(const Case& made, int threads, bool overwrite) {
     const int64_t done = jobsInLog();
-    Program program(command(made, threads, overwrite), folder_ / "said.txt");
+    BuildProcess program(command(made, threads, overwrite), folder_ / "said.txt");
     ASSERT_EQ(program.wait(), 0);
     const nlohmann::json report = said();
     if (report.at("jobs_done") != 0 || report.at("jobs_resumed") != 0) {
@@ -316,7 +316,7 @@ TEST_F(KillJourney, MemoryFollowsTheBudgetNotTheInput) {
   made.inputs = {"country", "village"};
   std::vector<std::string> arguments = command(made, 2, false);
   arguments.insert(arguments.end(), {"--memory", "32M"});
-  Program program(arguments, folder_ / "said.txt");
+  BuildProcess program(arguments, folder_ / "said.txt");
   ASSERT_EQ(program.wait(), 0);
   EXPECT_LT(said().at("peak_rss_bytes"), 332'000'000);
   EXPECT_GT(said().at("samples"), 12'000'000);
@@ -327,7 +327,7 @@ TEST_F(KillJourney, AnInterruptedBuildSaysHowToGoOn) {
   const Case made = makeCase({"plain"});
   for (const int number : {SIGINT, SIGTERM}) {
     fs::remove_all(target());
-    Program program(command(made, 1, false), folder_ / "said.txt");
+    BuildProcess program(command(made, 1, false), folder_ / "said.txt");
     while (program.running() && logSize() < made.logBytes / 4) continue;
     program.signal(number);
     ASSERT_EQ(program.wait(), 1);
@@ -369,7 +369,7 @@ TEST_F(KillJourney, AddingToADatasetLeavesItAloneUntilTheEnd) {
     return out;
   };
   const auto run = [&](const std::vector<std::string>& inputs, const std::string& threads, bool append) {
-    Program program(command(inputs, threads, append), folder_ / "said.txt");
+    BuildProcess program(command(inputs, threads, append), folder_ / "said.txt");
     uintmax_t bytes = 0;
     while (program.running()) bytes = std::max(bytes, logSize());
     EXPECT_EQ(program.wait(), 0);
@@ -396,7 +396,7 @@ TEST_F(KillJourney, AddingToADatasetLeavesItAloneUntilTheEnd) {
     fs::remove_all(target());
     fs::copy(folder_ / "before.terrane", target());
     {
-      Program program(command({"new"}, std::to_string(1 + i % 3), true), folder_ / "said.txt");
+      BuildProcess program(command({"new"}, std::to_string(1 + i % 3), true), folder_ / "said.txt");
       const auto enough = static_cast<uintmax_t>((i + unit(random)) / 9.0 * static_cast<double>(logBytes));
       while (program.running()) {
         const bool now = i % 4 == 3 ? bytesOf(work() / "plan").find("\ncommitted ") != std::string::npos

@@ -132,7 +132,7 @@ Status runBench(BenchOptions& options) {
   return tell(options, reportToJson(report, head, options.fly), reportToText(report, head, options.fly));
 }
 
-constexpr const char* kExamples =
+constexpr const char* kBenchExamples =
     "Examples:\n"
     "  terrane bench alps.terrane --flight bench/flights/valley.json\n"
     "  terrane bench alps.terrane --flight bench/flights/p3_descent.json -o p3.json --plot p3.svg\n"
@@ -149,7 +149,7 @@ constexpr const char* kExamples =
 void addBenchCommand(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<BenchOptions>();
   CLI::App* command = app.add_subcommand("bench", "fly over a dataset, and measure cost and error");
-  command->footer(kExamples);
+  command->footer(kBenchExamples);
   command->add_option("DATASET", options->dataset, kDatasetArgument)->required();
   command->add_option("--flight", options->flight, "a camera path (docs/flights.md)")->required();
   command->add_option("--surface", options->surface, "how tiles become triangles")

@@ -16,7 +16,7 @@ namespace terrane::cli {
 
 namespace {
 
-constexpr const char* kExamples =
+constexpr const char* kBuildExamples =
     "Examples:\n"
     "  terrane build dem.tif -o alps.terrane\n"
     "  terrane build tiles/ -o country.terrane --crs EPSG:25832     a folder, warped to one CRS\n"
@@ -58,7 +58,7 @@ constexpr const char* kExamples =
     "\n"
     "Exit status: 0 built, 1 failed (the message says what is left to go on from), 2 wrong usage.";
 
-struct Options {
+struct BuildArguments {
   SourceOptions source;
   BuildOptions build;
   ImageryArguments imagery;
@@ -68,7 +68,7 @@ struct Options {
   bool append = false;
 };
 
-void say(const BuildReport& report, const Options& options) {
+void say(const BuildReport& report, const BuildArguments& options) {
   if (options.output.json) {
     int64_t done = 0;
     int64_t resumed = 0;
@@ -124,7 +124,7 @@ Result<std::vector<double>> parseLayers(const std::string& text) {
   return bounds;
 }
 
-int runBuild(Options options) {
+int runBuild(BuildArguments options) {
   if (!options.memory.empty()) {
     const auto bytes = parseByteSize(options.memory);
     if (!bytes.ok()) {
@@ -176,8 +176,8 @@ int runBuild(Options options) {
 
 void addBuildCommand(CLI::App& app, CommandContext& context) {
   CLI::App* command = app.add_subcommand("build", "Make a dataset from elevation rasters");
-  command->footer(kExamples);
-  const auto options = std::make_shared<Options>();
+  command->footer(kBuildExamples);
+  const auto options = std::make_shared<BuildArguments>();
   SourceOptions& source = options->source;
   BuildOptions& build = options->build;
   command->add_option("INPUT", source.inputs, kInputArgument)->required();

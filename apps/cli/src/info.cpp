@@ -13,7 +13,7 @@ namespace terrane::cli {
 
 namespace {
 
-constexpr const char* kExamples =
+constexpr const char* kInfoExamples =
     "Examples:\n"
     "  terrane info alps.terrane\n"
     "  terrane info http://127.0.0.1:8080/d/alps\n"
@@ -32,7 +32,7 @@ constexpr const char* kExamples =
     "stretch, inputs}],\n"
     "built_by, build_options.";
 
-struct Options {
+struct InfoArguments {
   std::string dataset;
   bool json = false;
 };
@@ -225,7 +225,7 @@ void print(const Manifest& m, const Facts& facts) {
   line("built by", m.builtBy + (m.buildOptions.empty() ? "" : " with " + m.buildOptions));
 }
 
-int runInfo(const Options& options) {
+int runInfo(const InfoArguments& options) {
   OutputOptions output;
   output.json = options.json;
   const auto progress = makeProgress({.quiet = true});
@@ -243,8 +243,8 @@ int runInfo(const Options& options) {
 
 void addInfoCommand(CLI::App& app, CommandContext& context) {
   CLI::App* command = app.add_subcommand("info", "Say what is in a dataset");
-  command->footer(kExamples);
-  const auto options = std::make_shared<Options>();
+  command->footer(kInfoExamples);
+  const auto options = std::make_shared<InfoArguments>();
   command->add_option("DATASET", options->dataset, kDatasetArgument)->required();
   command->add_flag("--json", options->json, "Print one JSON object instead of text");
   command->callback([&context, options] { context.run = [options] { return runInfo(*options); }; });

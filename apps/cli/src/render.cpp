@@ -349,7 +349,7 @@ class RenderCommand {
   std::unique_ptr<Terrain> terrain_;
 };
 
-constexpr const char* kExamples =
+constexpr const char* kRenderExamples =
     "Examples:\n"
     "  terrane render alps.terrane -o alps.png\n"
     "  terrane render https://terrain.example.org/d/alps -o alps.png\n"
@@ -368,7 +368,7 @@ constexpr const char* kExamples =
 void addRenderCommand(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<RenderOptions>();
   CLI::App* command = app.add_subcommand("render", "draw a dataset into a picture, without a window");
-  command->footer(kExamples);
+  command->footer(kRenderExamples);
   command->add_option("DATASET", options->dataset, kDatasetArgument)->required();
   command->add_option("-o,--output", options->output,
                       "PNG; for a flight PATTERN_%05d.png or .mp4 (through ffmpeg)");

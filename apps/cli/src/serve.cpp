@@ -12,7 +12,7 @@
 namespace terrane::cli {
 namespace {
 
-constexpr const char* kExamples =
+constexpr const char* kServeExamples =
     "Examples:\n"
     "  terrane serve alps.terrane                          open http://127.0.0.1:8080/ and fly\n"
     "  terrane serve *.terrane --port 0                    at any free port; the URL is printed\n"
@@ -22,7 +22,7 @@ constexpr const char* kExamples =
     "\n"
     "docs/serving.md lists every URL. SIGTERM or Ctrl-C lets what runs finish; a second one ends at once.";
 
-struct Options {
+struct ServeArguments {
   bool noViewer = false;
   serve::SiteOptions site;
   serve::ServerOptions server;
@@ -32,7 +32,7 @@ struct Options {
   bool quiet = false;
 };
 
-int runServe(Options options) {
+int runServe(ServeArguments options) {
   OutputOptions output;
   const auto cacheBytes = parseByteSize(options.cache);
   if (!cacheBytes.ok()) return fail(makeError("--cache: {}", cacheBytes.error().message), output);
@@ -76,8 +76,8 @@ int runServe(Options options) {
 
 void addServeCommand(CLI::App& app, CommandContext& context) {
   CLI::App* command = app.add_subcommand("serve", "Serve datasets over HTTP");
-  command->footer(kExamples);
-  const auto options = std::make_shared<Options>();
+  command->footer(kServeExamples);
+  const auto options = std::make_shared<ServeArguments>();
   serve::ServerLimits& limits = options->server.limits;
   command->add_option("DATASET", options->site.datasets, "Datasets, NAME.terrane")->required();
   command

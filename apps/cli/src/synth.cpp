@@ -12,7 +12,7 @@
 namespace terrane::cli {
 namespace {
 
-constexpr const char* kExamples =
+constexpr const char* kSynthExamples =
     "Examples:\n"
     "  terrane synth -o dem.tif                                  41 km a side at 10 m\n"
     "  terrane synth -o dem.tif --color land.tif --seed 7        another world, and its colours\n"
@@ -101,7 +101,7 @@ void addSynthCommand(CLI::App& app, CommandContext& context) {
   command->add_flag("--overwrite", options.overwrite, "replace files that exist");
   command->add_option("--threads", options.threads, "0: all cores")->capture_default_str();
   addOutputOptions(*command, arguments->output);
-  command->footer(kExamples);
+  command->footer(kSynthExamples);
   command->callback([&context, arguments] { context.run = [arguments] { return runSynth(*arguments); }; });
 }
 

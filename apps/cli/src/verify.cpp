@@ -12,7 +12,7 @@ namespace terrane::cli {
 
 namespace {
 
-constexpr const char* kExamples =
+constexpr const char* kVerifyExamples =
     "Examples:\n"
     "  terrane verify alps.terrane\n"
     "  terrane verify alps.terrane --against dem.tif\n"
@@ -27,7 +27,7 @@ constexpr const char* kExamples =
     "\n"
     "Exit status: 0 sound (and within its bound of the source), 1 faults or failed, 2 wrong usage.";
 
-struct Options {
+struct VerifyArguments {
   std::string dataset;
   std::vector<std::string> against;
   CompareOptions compare;
@@ -61,7 +61,7 @@ nlohmann::json toJson(const ComparisonReport& report) {
   return out;
 }
 
-void say(const Options& options, const VerifyReport& report) {
+void say(const VerifyArguments& options, const VerifyReport& report) {
   for (const std::string& fault : report.faults) fmt::print("{}\n", fault);
   if (report.faultCount > report.faults.size()) {
     fmt::print("... and {} more\n", report.faultCount - report.faults.size());
@@ -100,7 +100,7 @@ void say(const ComparisonReport& report) {
                                      : "the dataset DOES NOT agree with its source");
 }
 
-int runVerify(Options options) {
+int runVerify(VerifyArguments options) {
   options.verify.cancel = &interruptFlag();
   options.compare.cancel = &interruptFlag();
   options.compare.threads = options.verify.threads;
@@ -139,8 +139,8 @@ int runVerify(Options options) {
 void addVerifyCommand(CLI::App& app, CommandContext& context) {
   CLI::App* command =
       app.add_subcommand("verify", "Check every byte of a dataset, and compare it with its source");
-  command->footer(kExamples);
-  const auto options = std::make_shared<Options>();
+  command->footer(kVerifyExamples);
+  const auto options = std::make_shared<VerifyArguments>();
   command->add_option("DATASET", options->dataset, "The dataset, NAME.terrane")->required();
   command->add_option("--against", options->against,
                       "Rasters it was built from, in the same order (repeatable)");

@@ -24,7 +24,7 @@
 namespace terrane::cli {
 namespace {
 
-constexpr const char* kExamples =
+constexpr const char* kViewExamples =
     "Examples:\n"
     "  terrane view *.tif                              open the browser on a folder of rasters\n"
     "  terrane view tiles/ --crs EPSG:2056\n"
@@ -47,7 +47,7 @@ constexpr double kKeptDays = 30.0;
 constexpr int kUsualPort = 8080;
 constexpr double kGraceSeconds = 2.0;
 
-struct Options {
+struct ViewArguments {
   SourceOptions source;
   ImageryArguments imagery;
   OutputOptions output;
@@ -77,7 +77,7 @@ std::string nameFor(const std::vector<std::string>& inputs) {
 }
 
 /// Tells inputs and options apart from all others, and from themselves after a change.
-Result<std::string> keyOf(const Options& options, const ImageryOptions& imagery) {
+Result<std::string> keyOf(const ViewArguments& options, const ImageryOptions& imagery) {
   std::vector<std::string> inputs = options.source.inputs;
   for (const ImageryLayerOptions& layer : imagery.layers)
     inputs.insert(inputs.end(), layer.inputs.begin(), layer.inputs.end());
@@ -91,7 +91,7 @@ Result<std::string> keyOf(const Options& options, const ImageryOptions& imagery)
 }
 
 /// The inputs as a dataset in the cache, built where it is not there.
-Result<std::string> builtInCache(const Options& options, const ImageryOptions& imagery,
+Result<std::string> builtInCache(const ViewArguments& options, const ImageryOptions& imagery,
                                  const CachePlace& place, CommandProgress& progress) {
   BuildOptions build;
   build.output = place.folder() + "/" + nameFor(options.source.inputs) + ".terrane";
@@ -143,7 +143,7 @@ bool openInBrowser(const std::string& url) {
   return trouble == 0;
 }
 
-Result<std::unique_ptr<serve::HttpServer>> startServer(const Options& options, serve::Site& site,
+Result<std::unique_ptr<serve::HttpServer>> startServer(const ViewArguments& options, serve::Site& site,
                                                        serve::Metrics& metrics) {
   serve::ServerOptions server;
   server.port = options.port.value_or(kUsualPort);
@@ -154,7 +154,7 @@ Result<std::unique_ptr<serve::HttpServer>> startServer(const Options& options, s
   return serve::HttpServer::start(server, site, metrics);
 }
 
-int runView(const Options& options) {
+int runView(const ViewArguments& options) {
   serve::SiteOptions siteOptions;
   siteOptions.viewerFolder = options.viewerFolder.empty() ? findViewer() : options.viewerFolder;
   if (siteOptions.viewerFolder.empty()) return fail(makeError("{}", kNoViewer), options.output);
@@ -217,8 +217,8 @@ int runView(const Options& options) {
 
 void addViewCommand(CLI::App& app, CommandContext& context) {
   CLI::App* command = app.add_subcommand("view", "Look at rasters or datasets in the browser");
-  command->footer(kExamples);
-  const auto options = std::make_shared<Options>();
+  command->footer(kViewExamples);
+  const auto options = std::make_shared<ViewArguments>();
   command
       ->add_option("INPUT", options->source.inputs,
                    fmt::format("{}; or datasets, NAME.terrane", kInputArgument))

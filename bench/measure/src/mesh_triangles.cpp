@@ -22,7 +22,7 @@ double doubleArea(glm::dvec2 a, glm::dvec2 b, glm::dvec2 c) {
 }
 
 /// note: says again what shaders/mesh_patch.glsl says; benches hold what is drawn against it.
-double drawnHeight(const PatchVertex& v, float morph) {
+double exactDrawnHeight(const PatchVertex& v, float morph) {
   if (morph >= 1.0F) return static_cast<double>(v.heightMeters);
   return static_cast<double>(v.coarseMeters + morph * (v.heightMeters - v.coarseMeters));
 }
@@ -100,7 +100,7 @@ double MeshTriangles::heightAt(glm::dvec2 sample, float morph) const {
   for (size_t i = 0; i < 3; ++i) {
     const double weight = std::max(weights[i], 0.0);
     sum += weight;
-    height += weight * drawnHeight(vertices_[corners[i]], morph);
+    height += weight * exactDrawnHeight(vertices_[corners[i]], morph);
   }
   return height / sum;
 }

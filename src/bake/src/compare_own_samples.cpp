@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kMostSamples = 1e6;
 /// Pixels along the side of the squares that are read at a time, so that a square lies in few tiles.
-constexpr int kBlock = 256;
+constexpr int kComparedBlock = 256;
 
 /// The surface's height at sample coordinates; nothing where there is no ground.
 Result<std::optional<double>> surfaceAt(StoredTiles& tiles, const Manifest& manifest, double x, double y) {
@@ -57,14 +57,16 @@ Result<OwnSamples> compareOwnSamples(const Dataset& dataset, const InputRaster& 
   StoredTiles tiles(dataset);
   OwnSamples out;
   double sum = 0.0;
-  std::vector<uint8_t> mask(static_cast<size_t>(kBlock) * kBlock);
-  std::vector<double> raw(static_cast<size_t>(kBlock) * kBlock), xs, ys, heights;
-  const int rows = (raster.height + kBlock - 1) / kBlock, columns = (raster.width + kBlock - 1) / kBlock;
+  std::vector<uint8_t> mask(static_cast<size_t>(kComparedBlock) * kComparedBlock);
+  std::vector<double> raw(static_cast<size_t>(kComparedBlock) * kComparedBlock), xs, ys, heights;
+  const int rows = (raster.height + kComparedBlock - 1) / kComparedBlock,
+            columns = (raster.width + kComparedBlock - 1) / kComparedBlock;
   progress.beginStage("own samples", int64_t{rows} * columns, "blocks");
   for (int block = 0; block < rows * columns; ++block) {
     if (cancel != nullptr && *cancel) return makeError("interrupted");
-    const int left = block % columns * kBlock, top = block / columns * kBlock;
-    const int width = std::min(kBlock, raster.width - left), height = std::min(kBlock, raster.height - top);
+    const int left = block % columns * kComparedBlock, top = block / columns * kComparedBlock;
+    const int width = std::min(kComparedBlock, raster.width - left),
+              height = std::min(kComparedBlock, raster.height - top);
     const auto read = [&](GDALRasterBand& from, void* to, GDALDataType type) {
       return from.RasterIO(GF_Read, left, top, width, height, to, width, height, type, 0, 0, nullptr) ==
              CE_None;

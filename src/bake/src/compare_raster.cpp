@@ -14,8 +14,6 @@
 namespace terrane {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-
 struct TranslateOptionsDeleter {
   void operator()(GDALTranslateOptions* options) const { GDALTranslateOptionsFree(options); }
 };

@@ -147,7 +147,7 @@ int storedIndex(const Pyramid& pyramid, TileId id) {
 }
 
 /// What one worker needs for one tile.
-struct WorkerScratch {
+struct CodesScratch {
   MeasuredNodes measured;
   GatheredNodes gathered;
   CodesBelow below;
@@ -252,7 +252,7 @@ void joinNodes(bool isRoot, int side, const TileCodes& neighbour, TileCodes& cod
 
 Status saturateNodes(Pyramid& pyramid, NodeStores& stores, const ElevationScale& scale, double maxErrorMeters,
                      Jobs& jobs) {
-  std::vector<WorkerScratch> scratches(static_cast<size_t>(jobs.workers().count()));
+  std::vector<CodesScratch> scratches(static_cast<size_t>(jobs.workers().count()));
   for (int level = pyramid.finestLevel(); level >= 0; --level) {
     auto& tiles = pyramid.levels[static_cast<size_t>(level)];
     std::vector<PyramidTile*> stored;
@@ -264,7 +264,7 @@ Status saturateNodes(Pyramid& pyramid, NodeStores& stores, const ElevationScale&
     // Each tile for itself.
     const Status coded =
         jobs.run(fmt::format("coding {}", level), count, nullptr, [&](int worker, int64_t i) -> Status {
-          WorkerScratch& scratch = scratches[static_cast<size_t>(worker)];
+          CodesScratch& scratch = scratches[static_cast<size_t>(worker)];
           const PyramidTile& tile = *stored[static_cast<size_t>(i)];
           const auto block = static_cast<uint64_t>(tile.block);
           const MeasuredNodes* measured = tile.measured ? &scratch.measured : nullptr;
@@ -282,7 +282,7 @@ Status saturateNodes(Pyramid& pyramid, NodeStores& stores, const ElevationScale&
     // Edge-centres between two tiles get the same codes in both.
     const auto joined = jobs.run<Summary>(
         fmt::format("joining {}", level), count, nullptr, [&](int worker, int64_t i) -> Result<Summary> {
-          WorkerScratch& scratch = scratches[static_cast<size_t>(worker)];
+          CodesScratch& scratch = scratches[static_cast<size_t>(worker)];
           const PyramidTile& tile = *stored[static_cast<size_t>(i)];
           TERRANE_TRY(stores.alone.readValue(static_cast<uint64_t>(tile.block), scratch.codes));
           for (int side = 0; side < 4; ++side) {

@@ -11,7 +11,7 @@ namespace terrane {
 
 namespace {
 
-constexpr auto kSamples = static_cast<size_t>(kTileSampleCount);
+constexpr auto kSampleCount = static_cast<size_t>(kTileSampleCount);
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// Rounding a mean to a float is off by at most this share of it.
@@ -52,10 +52,6 @@ SurfaceLattice surfaceOf(int bintreeLevel, int leafLevel) {
   const bool quincunx = bintreeLevel % 2 != 0;
   // note: rounded down from 8 for even, 7 for odd levels; both differences are even.
   return {leafLevel + ((quincunx ? 7 : 8) - bintreeLevel) / 2, quincunx};
-}
-
-void raise(float& value, float candidate) {
-  if (candidate > value) value = candidate;
 }
 
 void raiseShared(float& value, float candidate) {
@@ -107,9 +103,9 @@ class LeafMeasurer {
       }
       surfaces_.compare(surface.shift, surface.quincunx, corners, values_);
       forEachTriangle(n, bisection, [&](float& node, float*, size_t begin, size_t end) {
-        raise(node, *std::max_element(values_.begin() + static_cast<ptrdiff_t>(begin),
-                                      values_.begin() + static_cast<ptrdiff_t>(end)) +
-                        rounding);
+        const float most = *std::max_element(values_.begin() + static_cast<ptrdiff_t>(begin),
+                                             values_.begin() + static_cast<ptrdiff_t>(end));
+        node = std::max(node, most + rounding);
       });
     }
     return {};
@@ -121,7 +117,7 @@ class LeafMeasurer {
     ground_ = heights_;
     if (tile.hasStates && !tile.complete) {
       TERRANE_TRY(pyramid_.readStates(tile, states_));
-      for (size_t i = 0; i < kSamples; ++i) {
+      for (size_t i = 0; i < kSampleCount; ++i) {
         if (states_[i] == SampleState::Void) ground_[i] = std::numeric_limits<float>::quiet_NaN();
       }
     }
@@ -272,7 +268,7 @@ class LeafMeasurer {
         const float known =
             shared == nullptr ? node : std::atomic_ref<float>(*shared).load(std::memory_order_relaxed);
         if (values_[i] + rounding <= std::max(node, known)) return;
-        raise(node, surfaces_.compareAtom(bisection.atoms[i], squareCorners_) + rounding);
+        node = std::max(node, surfaces_.compareAtom(bisection.atoms[i], squareCorners_) + rounding);
         if (shared != nullptr) raiseShared(*shared, node);
       };
       const auto first = values_.begin() + static_cast<ptrdiff_t>(begin);
@@ -303,9 +299,9 @@ class LeafMeasurer {
   LeafSurfaces surfaces_;
   TileId id_;
   int leaf_ = 0;
-  std::vector<float> heights_ = std::vector<float>(kSamples);
-  std::vector<float> ground_ = std::vector<float>(kSamples);
-  std::vector<SampleState> states_ = std::vector<SampleState>(kSamples);
+  std::vector<float> heights_ = std::vector<float>(kSampleCount);
+  std::vector<float> ground_ = std::vector<float>(kSampleCount);
+  std::vector<SampleState> states_ = std::vector<SampleState>(kSampleCount);
   std::vector<size_t> ancestors_;
   std::vector<std::array<LatticePoint, 2>> coarse_;
   AtomValues values_;

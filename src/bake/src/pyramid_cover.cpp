@@ -15,12 +15,12 @@ constexpr auto kCounts = static_cast<size_t>(kHalf * kHalf);
 using GroundCounts = std::vector<uint64_t>;
 
 /// What became of a tile.
-struct Outcome {
+struct CoverOutcome {
   Coverage::Kind kind = Coverage::Kind::None;
   bool throughout = false;  ///< every finest cell is ground; else there are counts
 };
 
-struct WorkerScratch {
+struct CoverScratch {
   std::vector<SampleState> states = std::vector<SampleState>(kTileSampleCount);
   std::array<GroundCounts, 4> below;
   GroundCounts counts;
@@ -30,15 +30,15 @@ struct WorkerScratch {
 /// Covers one tile whose children are covered.
 class TileCoverer {
  public:
-  TileCoverer(Pyramid& pyramid, BlockStore& counts, int level, const std::vector<Outcome>& below)
+  TileCoverer(Pyramid& pyramid, BlockStore& counts, int level, const std::vector<CoverOutcome>& below)
       : pyramid_(pyramid),
         counts_(counts),
         level_(static_cast<size_t>(level)),
         below_(below),
         cell_(uint64_t{1} << (2 * (pyramid.finestLevel() - level))) {}
 
-  Result<Outcome> cover(const PyramidTile& tile, WorkerScratch& scratch) const {
-    if (isGroundThroughout(tile)) return Outcome{Coverage::Kind::Full, true};
+  Result<CoverOutcome> cover(const PyramidTile& tile, CoverScratch& scratch) const {
+    if (isGroundThroughout(tile)) return CoverOutcome{Coverage::Kind::Full, true};
     std::vector<SampleState>& states = scratch.states;
     TERRANE_TRY(pyramid_.readStates(tile, states));
     for (size_t quadrant = 0; quadrant < 4; ++quadrant) {
@@ -79,10 +79,10 @@ class TileCoverer {
     }
     const auto block = static_cast<uint64_t>(tile.block);
     TERRANE_TRY(counts_.writeValues<uint64_t>(block, scratch.counts));
-    if (covered == 0) return Outcome{Coverage::Kind::None, false};
-    if (covered == kTileCellCount) return Outcome{Coverage::Kind::Full, false};
+    if (covered == 0) return CoverOutcome{Coverage::Kind::None, false};
+    if (covered == kTileCellCount) return CoverOutcome{Coverage::Kind::Full, false};
     TERRANE_TRY(pyramid_.writeCoverageBits(tile, scratch.bits));
-    return Outcome{Coverage::Kind::Partial, false};
+    return CoverOutcome{Coverage::Kind::Partial, false};
   }
 
   bool isGroundThroughout(const PyramidTile& tile) const {
@@ -95,7 +95,7 @@ class TileCoverer {
   Pyramid& pyramid_;
   BlockStore& counts_;
   size_t level_;
-  const std::vector<Outcome>& below_;
+  const std::vector<CoverOutcome>& below_;
   uint64_t cell_;  ///< finest cells under one cell of this level
 };
 
@@ -103,18 +103,18 @@ class TileCoverer {
 
 Result<double> coverTiles(Pyramid& pyramid, const Scratch& scratch, Jobs& jobs) {
   BlockStore counts(kCounts * sizeof(uint64_t), scratch, "ground");
-  std::vector<WorkerScratch> scratches(static_cast<size_t>(jobs.workers().count()));
-  std::vector<Outcome> below;
+  std::vector<CoverScratch> scratches(static_cast<size_t>(jobs.workers().count()));
+  std::vector<CoverOutcome> below;
   for (int level = pyramid.finestLevel(); level >= 0; --level) {
     // Tiles that are ground throughout are no jobs.
     auto& tiles = pyramid.levels[static_cast<size_t>(level)];
     const TileCoverer coverer(pyramid, counts, level, below);
-    std::vector<Outcome> outcomes(tiles.size(), {Coverage::Kind::Full, true});
+    std::vector<CoverOutcome> outcomes(tiles.size(), {Coverage::Kind::Full, true});
     std::vector<size_t> others;
     for (size_t i = 0; i < tiles.size(); ++i) {
       if (!coverer.isGroundThroughout(tiles[i])) others.push_back(i);
     }
-    const auto done = jobs.run<Outcome>(
+    const auto done = jobs.run<CoverOutcome>(
         fmt::format("covering {}", level), static_cast<int64_t>(others.size()), nullptr,
         [&](int worker, int64_t i) {
           return coverer.cover(tiles[others[static_cast<size_t>(i)]], scratches[static_cast<size_t>(worker)]);

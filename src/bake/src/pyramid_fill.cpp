@@ -10,16 +10,14 @@ namespace terrane {
 
 namespace {
 
-constexpr auto kSamples = static_cast<size_t>(kTileSampleCount);
-
-struct WorkerScratch {
-  std::vector<float> raw = std::vector<float>(kSamples);
-  std::vector<SampleState> rawStates = std::vector<SampleState>(kSamples);
+struct FillScratch {
+  std::vector<float> raw = std::vector<float>(kSamplesOfTile);
+  std::vector<SampleState> rawStates = std::vector<SampleState>(kSamplesOfTile);
   TileSamples parent;
-  std::vector<uint16_t> rawRanks = std::vector<uint16_t>(kSamples);
-  std::vector<uint16_t> coarseRanks = std::vector<uint16_t>(kSamples);
-  std::vector<uint16_t> parentRanks = std::vector<uint16_t>(kSamples);
-  std::vector<uint16_t> parentNativeRanks = std::vector<uint16_t>(kSamples);
+  std::vector<uint16_t> rawRanks = std::vector<uint16_t>(kSamplesOfTile);
+  std::vector<uint16_t> coarseRanks = std::vector<uint16_t>(kSamplesOfTile);
+  std::vector<uint16_t> parentRanks = std::vector<uint16_t>(kSamplesOfTile);
+  std::vector<uint16_t> parentNativeRanks = std::vector<uint16_t>(kSamplesOfTile);
 };
 
 /// The height that ground nearest to a corner of the root has, or `otherwise` where the root shows none: so
@@ -43,7 +41,7 @@ float nearestHeight(const std::vector<float>& heights, LatticePoint corner, floa
 /// The root: the lattice from its corners down, each missing sample the mean of its hypotenuse's ends.
 /// `states` are those of the samples that are not missing.
 void fillRoot(std::vector<float>& heights, std::vector<SampleState>& states, float cornerHeight) {
-  for (size_t i = 0; i < kSamples; ++i) {
+  for (size_t i = 0; i < kSamplesOfTile; ++i) {
     if (std::isnan(heights[i])) states[i] = SampleState::Void;
   }
   const auto at = [&](LatticePoint p) -> float& {
@@ -88,13 +86,13 @@ void interpolateRanks(const std::vector<uint16_t>& parent, int quadrant, std::ve
 }
 
 /// What became of a tile.
-struct Outcome {
+struct FillOutcome {
   bool filled = false;
   bool hasStates = false;
 };
 
 /// What became of a parent's children.
-using FamilyOutcome = std::array<Outcome, 4>;
+using FamilyOutcome = std::array<FillOutcome, 4>;
 
 /// Finishes one tile below a finished parent.
 class TileFiller {
@@ -102,9 +100,9 @@ class TileFiller {
   TileFiller(Pyramid& pyramid, RankStores* ranks, std::vector<int> nativeLevels)
       : pyramid_(pyramid), ranks_(ranks), nativeLevels_(std::move(nativeLevels)) {}
 
-  Result<Outcome> fill(const PyramidTile& tile, const PyramidTile& parent, WorkerScratch& scratch) const {
+  Result<FillOutcome> fill(const PyramidTile& tile, const PyramidTile& parent, FillScratch& scratch) const {
     // With data everywhere and inputs of one level there is nothing to fill.
-    if (ranks_ == nullptr && tile.complete) return Outcome{tile.filled, tile.hasStates};
+    if (ranks_ == nullptr && tile.complete) return FillOutcome{tile.filled, tile.hasStates};
     const int quadrant = tile.id.quadrant();
     TERRANE_TRY(pyramid_.readSamples(parent, scratch.parent));
     TERRANE_TRY(pyramid_.readRawHeights(tile, scratch.raw));
@@ -134,7 +132,7 @@ class TileFiller {
     // note: states are overwritten, but those that are read keep their value: done again, it is the same.
     TERRANE_TRY(pyramid_.writeFilledHeights(tile, samples.heights));
     if (!allCoded) TERRANE_TRY(pyramid_.writeStates(tile, samples.states));
-    return Outcome{true, !allCoded};
+    return FillOutcome{true, !allCoded};
   }
 
  private:
@@ -144,7 +142,7 @@ class TileFiller {
 
   /// Which inputs' data meet here: the tile's own, and those of all coarser levels together.
   Status readRanks(const PyramidTile& tile, const PyramidTile& parent, int quadrant,
-                   WorkerScratch& scratch) const {
+                   FillScratch& scratch) const {
     const auto block = static_cast<uint64_t>(tile.block);
     const auto parentBlock = static_cast<uint64_t>(parent.block);
     TERRANE_TRY(ranks_->raw.readValues<uint16_t>(block, scratch.rawRanks));
@@ -155,7 +153,7 @@ class TileFiller {
     }
     if (isNative(parent.id.level)) {
       TERRANE_TRY(ranks_->native.readValues<uint16_t>(parentBlock, scratch.parentNativeRanks));
-      for (size_t i = 0; i < kSamples; ++i) {
+      for (size_t i = 0; i < kSamplesOfTile; ++i) {
         scratch.parentRanks[i] = std::max(scratch.parentRanks[i], scratch.parentNativeRanks[i]);
       }
     }
@@ -179,8 +177,8 @@ Status fillTiles(const Source& source, Pyramid& pyramid, RankStores* ranks, floa
   PyramidTile& root = pyramid.levels[0][0];
   if (!root.complete) {
     const Status rootDone = jobs.run("filling 0", 1, nullptr, [&](int, int64_t) -> Status {
-      std::vector<float> heights(kSamples);
-      std::vector<SampleState> states(kSamples);
+      std::vector<float> heights(kSamplesOfTile);
+      std::vector<SampleState> states(kSamplesOfTile);
       TERRANE_TRY(pyramid.readRawHeights(root, heights));
       TERRANE_TRY(pyramid.readStates(root, states));
       fillRoot(heights, states, cornerHeight);
@@ -193,7 +191,7 @@ Status fillTiles(const Source& source, Pyramid& pyramid, RankStores* ranks, floa
   }
   progress.advance(1);
 
-  std::vector<WorkerScratch> scratches(static_cast<size_t>(jobs.workers().count()));
+  std::vector<FillScratch> scratches(static_cast<size_t>(jobs.workers().count()));
   const TileFiller filler(pyramid, ranks, source.nativeLevels());
   for (size_t level = 1; level < pyramid.levels.size(); ++level) {
     // A parent's children together. Families in which there is nothing to do are no jobs.

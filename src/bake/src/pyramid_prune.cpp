@@ -8,7 +8,7 @@ namespace terrane {
 
 namespace {
 
-struct WorkerScratch {
+struct PruneScratch {
   TileSamples own;
   TileSamples parent;
 };
@@ -19,7 +19,7 @@ bool sameCoverage(const Coverage& a, const Coverage& b) {
 
 /// Is the tile what interpolation makes of its parent? A coded sample that has the interpolated height and
 /// is ground either way is no difference.
-bool isInterpolated(const WorkerScratch& scratch, int quadrant) {
+bool isInterpolated(const PruneScratch& scratch, int quadrant) {
   const TileSamples expected = interpolateSamples(scratch.parent, quadrant);
   const auto isGround = [](SampleState state) { return state != SampleState::Void; };
   return expected.heights == scratch.own.heights && sameCoverage(expected.coverage, scratch.own.coverage) &&
@@ -54,7 +54,7 @@ void decideStored(Pyramid& pyramid, int level) {
 }  // namespace
 
 Status pruneTiles(Pyramid& pyramid, Jobs& jobs) {
-  std::vector<WorkerScratch> scratches(static_cast<size_t>(jobs.workers().count()));
+  std::vector<PruneScratch> scratches(static_cast<size_t>(jobs.workers().count()));
   for (int level = pyramid.finestLevel(); level >= 1; --level) {
     // A parent's children together; where all are rough there is nothing to ask.
     const auto& above = pyramid.levels[static_cast<size_t>(level) - 1];
@@ -69,7 +69,7 @@ Status pruneTiles(Pyramid& pyramid, Jobs& jobs) {
     const auto outcomes = jobs.run<Significant>(
         fmt::format("pruning {}", level), static_cast<int64_t>(parents.size()), nullptr,
         [&](int worker, int64_t i) -> Result<Significant> {
-          WorkerScratch& scratch = scratches[static_cast<size_t>(worker)];
+          PruneScratch& scratch = scratches[static_cast<size_t>(worker)];
           const PyramidTile& parent = *parents[static_cast<size_t>(i)];
           Significant significant{true, true, true, true};
           TERRANE_TRY(pyramid.readSamples(parent, scratch.parent));

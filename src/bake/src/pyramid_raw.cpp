@@ -11,29 +11,28 @@ namespace terrane {
 namespace {
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-constexpr auto kSamples = static_cast<size_t>(kTileSampleCount);
 
 /// Elevation payloads keep step numbers below 2^24, so that a float holds them exactly.
 constexpr double kLargestInteger = 16777215.0;
 
 /// What one worker needs for one tile.
-struct WorkerScratch {
+struct RawScratch {
   std::unique_ptr<SourceReader> reader;
-  std::vector<float> heights = std::vector<float>(kSamples);
-  std::vector<float> nativeHeights = std::vector<float>(kSamples);
-  std::vector<float> childHeights = std::vector<float>(kSamples);
-  std::vector<uint16_t> ranks = std::vector<uint16_t>(kSamples);
-  std::vector<uint16_t> nativeRanks = std::vector<uint16_t>(kSamples);
-  std::vector<uint16_t> childRanks = std::vector<uint16_t>(kSamples);
-  std::vector<SampleState> states = std::vector<SampleState>(kSamples);
-  std::vector<SampleState> childStates = std::vector<SampleState>(kSamples);
-  std::vector<uint8_t> layers = std::vector<uint8_t>(kSamples);
-  std::vector<uint8_t> childLayers = std::vector<uint8_t>(kSamples);
+  std::vector<float> heights = std::vector<float>(kSamplesOfTile);
+  std::vector<float> nativeHeights = std::vector<float>(kSamplesOfTile);
+  std::vector<float> childHeights = std::vector<float>(kSamplesOfTile);
+  std::vector<uint16_t> ranks = std::vector<uint16_t>(kSamplesOfTile);
+  std::vector<uint16_t> nativeRanks = std::vector<uint16_t>(kSamplesOfTile);
+  std::vector<uint16_t> childRanks = std::vector<uint16_t>(kSamplesOfTile);
+  std::vector<SampleState> states = std::vector<SampleState>(kSamplesOfTile);
+  std::vector<SampleState> childStates = std::vector<SampleState>(kSamplesOfTile);
+  std::vector<uint8_t> layers = std::vector<uint8_t>(kSamplesOfTile);
+  std::vector<uint8_t> childLayers = std::vector<uint8_t>(kSamplesOfTile);
   std::vector<float> given;  ///< heights before they are put on the step
 };
 
 /// What became of one candidate.
-struct Outcome {
+struct RawOutcome {
   double sum = 0.0;
   int64_t samples = 0;
   bool active = false;
@@ -50,7 +49,7 @@ struct Outcome {
 struct Candidate {
   TileId id;
   int64_t block = 0;
-  Outcome outcome;
+  RawOutcome outcome;
 };
 
 /// Puts heights on the step; what is not finite becomes none. Gives the largest step number in size.
@@ -83,7 +82,7 @@ int countPresent(const std::vector<float>& heights) {
 }
 
 /// Lays heights over others where there are any; adds them up.
-void layOver(const std::vector<float>& above, std::vector<float>& heights, Outcome& outcome) {
+void layOver(const std::vector<float>& above, std::vector<float>& heights, RawOutcome& outcome) {
   // Four sums side by side, since one alone would wait for itself.
   constexpr size_t kLanes = 4;
   std::array<double, kLanes> sums{};
@@ -96,10 +95,10 @@ void layOver(const std::vector<float>& above, std::vector<float>& heights, Outco
     heights[i] = none ? heights[i] : height;
   };
   size_t i = 0;
-  for (; i + kLanes <= kSamples; i += kLanes) {
+  for (; i + kLanes <= kSamplesOfTile; i += kLanes) {
     for (size_t lane = 0; lane < kLanes; ++lane) add(i + lane, lane);
   }
-  for (; i < kSamples; ++i) add(i, 0);
+  for (; i < kSamplesOfTile; ++i) add(i, 0);
   outcome.sum += (sums[0] + sums[1]) + (sums[2] + sums[3]);
   outcome.samples += (counts[0] + counts[1]) + (counts[2] + counts[3]);
 }
@@ -176,7 +175,7 @@ class RawTileMaker {
                NeedStore* needs)
       : source_(source), scale_(scale), pyramid_(pyramid), ranks_(ranks), needs_(needs) {}
 
-  Status make(const PyramidTile& tile, bool native, WorkerScratch& scratch, Outcome& outcome) const {
+  Status make(const PyramidTile& tile, bool native, RawScratch& scratch, RawOutcome& outcome) const {
     const TileId id = tile.id;
     std::fill(scratch.heights.begin(), scratch.heights.end(), kNone);
     if (ranks_ != nullptr) std::fill(scratch.ranks.begin(), scratch.ranks.end(), uint16_t{0});
@@ -231,7 +230,7 @@ class RawTileMaker {
 
  private:
   /// A child's states into its quadrant, where it or a sibling before it has other states than Coded.
-  Status takeStates(const PyramidTile& child, int quadrant, WorkerScratch& scratch, bool& takenAny) const {
+  Status takeStates(const PyramidTile& child, int quadrant, RawScratch& scratch, bool& takenAny) const {
     if (!child.hasStates && !takenAny) return {};
     if (!takenAny) std::fill(scratch.states.begin(), scratch.states.end(), SampleState::Coded);
     takenAny = true;
@@ -241,7 +240,7 @@ class RawTileMaker {
   }
 
   /// The same of the layers, where one has others than the first.
-  Status takeLayers(const PyramidTile& child, int quadrant, WorkerScratch& scratch, bool& takenAny) const {
+  Status takeLayers(const PyramidTile& child, int quadrant, RawScratch& scratch, bool& takenAny) const {
     if (!child.hasLayers && !takenAny) return {};
     if (!takenAny) std::fill(scratch.layers.begin(), scratch.layers.end(), uint8_t{0});
     takenAny = true;
@@ -251,7 +250,7 @@ class RawTileMaker {
   }
 
   /// What each layer's bound needs, and what the larger ones before it do.
-  Status writeNeeds(const PyramidTile& tile, const WorkerScratch& scratch) const {
+  Status writeNeeds(const PyramidTile& tile, const RawScratch& scratch) const {
     std::vector<uint8_t> all;
     std::array<uint8_t, kSampleBitsBytes> bits, before{};
     for (const double bound : needs_->boundsMeters) {
@@ -263,7 +262,7 @@ class RawTileMaker {
     return needs_->bits.writeValues<uint8_t>(static_cast<uint64_t>(tile.block), all);
   }
 
-  Status overlay(TileId id, WorkerScratch& scratch, Outcome& outcome, bool& touched) const {
+  Status overlay(TileId id, RawScratch& scratch, RawOutcome& outcome, bool& touched) const {
     TERRANE_ASSIGN(touched, scratch.reader->readTile(id, scratch.nativeHeights, scratch.nativeRanks));
     if (!touched) return {};
     outcome.active = true;
@@ -280,7 +279,7 @@ class RawTileMaker {
       layOver(scratch.nativeHeights, scratch.heights, outcome);
       return {};
     }
-    for (size_t i = 0; i < kSamples; ++i) {
+    for (size_t i = 0; i < kSamplesOfTile; ++i) {
       const float height = scratch.nativeHeights[i];
       if (std::isnan(height)) {
         scratch.nativeRanks[i] = 0;
@@ -316,14 +315,14 @@ bool isRough(std::span<const float> heights) {
 }
 
 RankStores::RankStores(const Scratch& scratch)
-    : raw(kSamples * sizeof(uint16_t), scratch, "ranks-raw"),
-      native(kSamples * sizeof(uint16_t), scratch, "ranks-native"),
-      coarse(kSamples * sizeof(uint16_t), scratch, "ranks-coarse") {}
+    : raw(kSamplesOfTile * sizeof(uint16_t), scratch, "ranks-raw"),
+      native(kSamplesOfTile * sizeof(uint16_t), scratch, "ranks-native"),
+      coarse(kSamplesOfTile * sizeof(uint16_t), scratch, "ranks-coarse") {}
 
 Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale, Pyramid& pyramid,
                                RankStores* ranks, NeedStore* needs, Jobs& jobs, Progress& progress) {
   const std::vector<int> nativeLevels = source.nativeLevels();
-  std::vector<WorkerScratch> scratches(static_cast<size_t>(jobs.workers().count()));
+  std::vector<RawScratch> scratches(static_cast<size_t>(jobs.workers().count()));
   TERRANE_CHECK(needs == nullptr || ranks == nullptr, "needs of inputs of {} levels", nativeLevels.size());
   const RawTileMaker maker(source, scale, pyramid, ranks, needs);
   RawTotals totals;
@@ -336,20 +335,20 @@ Result<RawTotals> readRawTiles(const Source& source, const ElevationScale& scale
     const int64_t firstBlock = blocks;
     blocks += static_cast<int64_t>(ids.size());
     const auto outcomes =
-        jobs.run<Outcome>(stage, static_cast<int64_t>(ids.size()), native ? &progress : nullptr,
-                          [&](int worker, int64_t i) -> Result<Outcome> {
-                            WorkerScratch& scratch = scratches[static_cast<size_t>(worker)];
-                            if (native && scratch.reader == nullptr) {
-                              TERRANE_ASSIGN(scratch.reader, source.openReader());
-                            }
-                            PyramidTile tile;
-                            tile.id = ids[static_cast<size_t>(i)];
-                            tile.block = firstBlock + i;
-                            Outcome outcome;
-                            outcome.active = active;
-                            TERRANE_TRY(maker.make(tile, native, scratch, outcome));
-                            return outcome;
-                          });
+        jobs.run<RawOutcome>(stage, static_cast<int64_t>(ids.size()), native ? &progress : nullptr,
+                             [&](int worker, int64_t i) -> Result<RawOutcome> {
+                               RawScratch& scratch = scratches[static_cast<size_t>(worker)];
+                               if (native && scratch.reader == nullptr) {
+                                 TERRANE_ASSIGN(scratch.reader, source.openReader());
+                               }
+                               PyramidTile tile;
+                               tile.id = ids[static_cast<size_t>(i)];
+                               tile.block = firstBlock + i;
+                               RawOutcome outcome;
+                               outcome.active = active;
+                               TERRANE_TRY(maker.make(tile, native, scratch, outcome));
+                               return outcome;
+                             });
     if (!outcomes.ok()) return outcomes.error();
     std::vector<Candidate> made;
     for (size_t i = 0; i < ids.size(); ++i)

@@ -9,7 +9,7 @@ namespace terrane {
 
 namespace {
 
-struct WorkerScratch {
+struct SignificanceScratch {
   std::array<std::array<uint8_t, kSampleBitsBytes>, 9> needs;
   std::vector<uint8_t> significant = std::vector<uint8_t>(static_cast<size_t>(kTileSampleCount));
   std::vector<uint8_t> layers = std::vector<uint8_t>(static_cast<size_t>(kTileSampleCount));
@@ -18,8 +18,8 @@ struct WorkerScratch {
 };
 
 /// A layer's needs in and around a tile.
-Status readNeeds(const Pyramid& pyramid, const NeedStore& store, int layer, TileId id, WorkerScratch& scratch,
-                 NeedsAround& around) {
+Status readNeeds(const Pyramid& pyramid, const NeedStore& store, int layer, TileId id,
+                 SignificanceScratch& scratch, NeedsAround& around) {
   const auto& tiles = pyramid.levels[static_cast<size_t>(id.level)];
   for (size_t i = 0; i < around.size(); ++i) {
     around[i] = nullptr;
@@ -36,7 +36,7 @@ Status readNeeds(const Pyramid& pyramid, const NeedStore& store, int layer, Tile
 }
 
 /// What became of a tile.
-struct Outcome {
+struct SignificanceOutcome {
   bool rough = false;
   bool hasStates = false;
   bool hasLayers = false;
@@ -44,7 +44,7 @@ struct Outcome {
 
 /// What the dataset's own bound makes significant, in scratch.significant, and the first layer in which each
 /// of these samples is, in scratch.layers.
-Status findLayers(const Pyramid& pyramid, const NeedStore& needs, TileId id, WorkerScratch& scratch) {
+Status findLayers(const Pyramid& pyramid, const NeedStore& needs, TileId id, SignificanceScratch& scratch) {
   const auto last = static_cast<uint8_t>(needs.layerCount() - 1);
   std::fill(scratch.layers.begin(), scratch.layers.end(), last);
   for (int layer = 0; layer <= last; ++layer) {
@@ -60,7 +60,7 @@ Status findLayers(const Pyramid& pyramid, const NeedStore& needs, TileId id, Wor
 }
 
 /// Leaves the layers of Coded samples alone, of which there is then one at least beyond the first, or not.
-bool keepLayersOfCoded(WorkerScratch& scratch) {
+bool keepLayersOfCoded(SignificanceScratch& scratch) {
   bool any = false;
   for (size_t i = 0; i < scratch.layers.size(); ++i) {
     if (scratch.states[i] != SampleState::Coded) scratch.layers[i] = 0;
@@ -75,28 +75,27 @@ NeedStore::NeedStore(std::vector<double> bounds, const Scratch& scratch)
     : boundsMeters(std::move(bounds)), bits(boundsMeters.size() * kSampleBitsBytes, scratch, "needs") {}
 
 Status interpolateFinestTiles(Pyramid& pyramid, const NeedStore& needs, Jobs& jobs) {
-  std::vector<WorkerScratch> scratches(static_cast<size_t>(jobs.workers().count()));
+  std::vector<SignificanceScratch> scratches(static_cast<size_t>(jobs.workers().count()));
   // note: a tile without needs has no height, or it would need its neighbours' samples on its border.
   std::vector<PyramidTile*> tiles;
   for (PyramidTile& tile : pyramid.levels.back()) {
     if (tile.hasNeeds) tiles.push_back(&tile);
   }
-  const auto outcomes = jobs.run<Outcome>("interpolating", static_cast<int64_t>(tiles.size()), nullptr,
-                                          [&](int worker, int64_t i) -> Result<Outcome> {
-                                            WorkerScratch& scratch = scratches[static_cast<size_t>(worker)];
-                                            const PyramidTile& tile = *tiles[static_cast<size_t>(i)];
-                                            TERRANE_TRY(findLayers(pyramid, needs, tile.id, scratch));
-                                            TERRANE_TRY(pyramid.readRawHeights(tile, scratch.heights));
-                                            const bool allCoded = interpolateInsignificant(
-                                                scratch.significant, scratch.heights, scratch.states);
-                                            const bool layered = keepLayersOfCoded(scratch);
-                                            if (layered)
-                                              TERRANE_TRY(pyramid.writeLayers(tile, scratch.layers));
-                                            if (allCoded) return Outcome{tile.rough, false, layered};
-                                            TERRANE_TRY(pyramid.writeRawHeights(tile, scratch.heights));
-                                            TERRANE_TRY(pyramid.writeStates(tile, scratch.states));
-                                            return Outcome{isRough(scratch.heights), true, layered};
-                                          });
+  const auto outcomes = jobs.run<SignificanceOutcome>(
+      "interpolating", static_cast<int64_t>(tiles.size()), nullptr,
+      [&](int worker, int64_t i) -> Result<SignificanceOutcome> {
+        SignificanceScratch& scratch = scratches[static_cast<size_t>(worker)];
+        const PyramidTile& tile = *tiles[static_cast<size_t>(i)];
+        TERRANE_TRY(findLayers(pyramid, needs, tile.id, scratch));
+        TERRANE_TRY(pyramid.readRawHeights(tile, scratch.heights));
+        const bool allCoded = interpolateInsignificant(scratch.significant, scratch.heights, scratch.states);
+        const bool layered = keepLayersOfCoded(scratch);
+        if (layered) TERRANE_TRY(pyramid.writeLayers(tile, scratch.layers));
+        if (allCoded) return SignificanceOutcome{tile.rough, false, layered};
+        TERRANE_TRY(pyramid.writeRawHeights(tile, scratch.heights));
+        TERRANE_TRY(pyramid.writeStates(tile, scratch.states));
+        return SignificanceOutcome{isRough(scratch.heights), true, layered};
+      });
   if (!outcomes.ok()) return outcomes.error();
   for (size_t i = 0; i < tiles.size(); ++i) {
     tiles[i]->rough = (*outcomes)[i].rough;

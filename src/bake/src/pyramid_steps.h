@@ -8,6 +8,8 @@
 /// The steps of a build that make the pyramid's samples; each stands in a file of its own.
 namespace terrane {
 
+inline constexpr auto kSamplesOfTile = static_cast<size_t>(kTileSampleCount);
+
 /// Which input a sample's height comes from, kept while inputs of several native levels are put together:
 /// ranks as SourceReader gives them, 0 none.
 struct RankStores {

@@ -14,7 +14,7 @@ namespace terrane {
 namespace {
 
 constexpr int kSide = 2 * kLargestOptional;  ///< cells along a square: below it everything is optional
-constexpr int kSamples = kSide + 1;
+constexpr int kSideSamples = kSide + 1;
 constexpr int kStride = kSide + 4;  ///< so that four may be loaded anywhere
 constexpr int kSquares = kTileCells / kSide;
 
@@ -24,7 +24,7 @@ using RowBits = uint32_t;
 /// The samples of a square's row that are odd multiples of s, and the even ones.
 constexpr RowBits multiples(int s, bool odd) {
   RowBits out = 0;
-  for (int x = odd ? s : 0; x < kSamples; x += 2 * s) out |= RowBits{1} << x;
+  for (int x = odd ? s : 0; x < kSideSamples; x += 2 * s) out |= RowBits{1} << x;
   return out;
 }
 constexpr RowBits oddMultiples(int s) {
@@ -52,13 +52,13 @@ class Square {
     const auto at = [&](int x, int y) { return static_cast<size_t>((top + y) * kTileSamples + left + x); };
     // Heights relative to one of them, so that rounding follows the square's relief.
     float base = onStep[at(0, 0)];
-    for (int y = 0; std::isnan(base) && y < kSamples; ++y) {
-      for (int x = 0; std::isnan(base) && x < kSamples; ++x) base = onStep[at(x, y)];
+    for (int y = 0; std::isnan(base) && y < kSideSamples; ++y) {
+      for (int x = 0; std::isnan(base) && x < kSideSamples; ++x) base = onStep[at(x, y)];
     }
     if (std::isnan(base)) return false;
     const Float4 base4 = Float4::all(base);
     Float4 relief4 = Float4::all(0.0F), sum4 = Float4::all(0.0F);
-    for (int y = 0; y < kSamples; ++y) {
+    for (int y = 0; y < kSideSamples; ++y) {
       const float* fromGiven = given.data() + at(0, y);
       const float* fromStep = onStep.data() + at(0, y);
       float* z = given_ + y * kStride;
@@ -96,7 +96,7 @@ class Square {
   void measure() {
     if (!(bound_ > 0.0F)) {
       // note: a float cannot tell; then every sample with a height is needed, and their ancestors.
-      needed_.fill((RowBits{1} << kSamples) - 1);
+      needed_.fill((RowBits{1} << kSideSamples) - 1);
     } else if (hasVoid_) {
       measureBesideVoid();
     } else {
@@ -108,7 +108,7 @@ class Square {
   }
 
   void addTo(uint8_t* bits) const {
-    for (int y = 0; y < kSamples; ++y) {
+    for (int y = 0; y < kSideSamples; ++y) {
       const auto first = static_cast<size_t>((top_ + y) * kTileSamples + left_);
       uint32_t word = 0;
       std::memcpy(&word, bits + first / 8, sizeof(word));
@@ -125,7 +125,7 @@ class Square {
   /// Edge-centres take over what the quad-centres half their size inside the square need.
   void needEdgesAbove(int s) {
     const int half = s / 2;
-    for (int y = 0; y < kSamples; y += s) {
+    for (int y = 0; y < kSideSamples; y += s) {
       RowBits quads = 0;
       if (y > 0) quads |= row(y - half);
       if (y < kSide) quads |= row(y + half);
@@ -136,7 +136,7 @@ class Square {
   }
   /// Quad-centres take over what the edge-centres of their size need.
   void needQuadsAbove(int s) {
-    for (int y = s; y < kSamples; y += 2 * s) {
+    for (int y = s; y < kSideSamples; y += 2 * s) {
       row(y) |= (row(y - s) | row(y + s) | row(y) << s | row(y) >> s) & oddMultiples(s);
     }
   }
@@ -150,7 +150,7 @@ class Square {
     const auto mean = [&](const float* a, const float* b) {
       return (Float4::load(a) + Float4::load(b)) * half;
     };
-    for (int y = 0; y < kSamples; ++y) {
+    for (int y = 0; y < kSideSamples; ++y) {
       const float* h = onStep_ + y * kStride;
       const float* z = given_ + y * kStride;
       RowBits bits = 0;
@@ -169,7 +169,7 @@ class Square {
       }
     }
     needQuadsAbove(1);
-    for (int y = 1; y < kSamples; y += 2) {
+    for (int y = 1; y < kSideSamples; y += 2) {
       if ((row(y) & oddMultiples(1)) == oddMultiples(1)) continue;
       const float* north = onStep_ + (y - 1) * kStride;
       const float* south = onStep_ + (y + 1) * kStride;
@@ -226,13 +226,13 @@ class Square {
       }
       return worst > bound_;
     };
-    for (int y = 0; y < kSamples; y += kQuad) {
+    for (int y = 0; y < kSideSamples; y += kQuad) {
       for (int x = 0; x < kSide; x += kQuad) {
         if (!isNeeded(x + s, y) && leaves(x, y, 1)) need(x + s, y);
       }
     }
     for (int y = 0; y < kSide; y += kQuad) {
-      for (int x = 0; x < kSamples; x += kQuad) {
+      for (int x = 0; x < kSideSamples; x += kQuad) {
         if (!isNeeded(x, y + s) && leaves(x, y, kStride)) need(x, y + s);
       }
     }
@@ -329,8 +329,8 @@ class Square {
       if (s > 1) needEdgesAbove(s);
       const int quad = 2 * s;
       const float share = 1.0F / static_cast<float>(quad);
-      for (int y = 0; y < kSamples; y += quad) {
-        for (int x = 0; x < kSamples; x += quad) {
+      for (int y = 0; y < kSideSamples; y += quad) {
+        for (int x = 0; x < kSideSamples; x += quad) {
           for (int i = 1; i < quad; ++i) {
             const float part = static_cast<float>(i) * share;
             if (x < kSide && isOff(x + i, y, h(x, y) + (h(x + quad, y) - h(x, y)) * part)) need(x + s, y);
@@ -404,9 +404,9 @@ class Square {
   int top_ = 0;
   bool hasVoid_ = false;
   float bound_ = 0.0F;
-  float given_[kSamples * kStride];   ///< relative to a height of the square
-  float onStep_[kSamples * kStride];  ///< likewise
-  std::array<RowBits, kSamples> needed_{};
+  float given_[kSideSamples * kStride];   ///< relative to a height of the square
+  float onStep_[kSideSamples * kStride];  ///< likewise
+  std::array<RowBits, kSideSamples> needed_{};
 };
 
 // ---- closure

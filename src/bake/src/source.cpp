@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <list>
 #include <unordered_map>
 #include <utility>
@@ -18,7 +17,6 @@
 namespace terrane {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr size_t kOpenInputsPerReader = 48;  // file handles and block caches are not endless
 
 // A rectangle of samples of one level; the end is one past the last.

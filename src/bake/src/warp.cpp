@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -17,8 +16,6 @@
 
 namespace terrane {
 namespace {
-
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 // Pixels of the input: two steps of the kernel's reach beyond what a straight line between a window's ends
 // leaves out.

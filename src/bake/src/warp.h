@@ -3,6 +3,7 @@
 #include <gdalwarper.h>
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -11,6 +12,9 @@
 #include "terrane/base/result.h"
 
 namespace terrane {
+
+/// A sample where there is none.
+inline constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 /// Where an input comes to lie in another CRS, pixel edges included, in that CRS's units.
 struct WarpPlan {

@@ -3,10 +3,10 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 
 #include "function_source.h"
 #include "source_support.h"
+#include "temporary_directory.h"
 #include "terrane/bake/build.h"
 #include "terrane/bake/verify.h"
 #include "terrane/dataset/dataset.h"
@@ -20,15 +20,10 @@ namespace fs = std::filesystem;
 
 constexpr int kVoid = -9999;
 
-std::string bytesOf(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 /// Are two files the same? Says where they begin to differ.
 void expectSame(const std::string& one, const std::string& other) {
-  const std::string a = bytesOf(one);
-  const std::string b = bytesOf(other);
+  const std::string a = readWholeFile(one);
+  const std::string b = readWholeFile(other);
   const auto at = std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first - a.begin();
   EXPECT_TRUE(a == b) << one << " has " << a.size() << " bytes, " << other << " " << b.size()
                       << "; they differ from byte " << at << ": " << a.substr(static_cast<size_t>(at), 60);
@@ -104,9 +99,9 @@ class AppendTest : public ::testing::Test {
     return build(*source, name, threads);
   }
   std::string appendError(const std::vector<std::string>& inputs, const std::string& name) {
-    const std::string before = bytesOf(path(name) + "/manifest.json");
+    const std::string before = readWholeFile(path(name) + "/manifest.json");
     const auto report = append(inputs, name);
-    EXPECT_EQ(bytesOf(path(name) + "/manifest.json"), before);
+    EXPECT_EQ(readWholeFile(path(name) + "/manifest.json"), before);
     EXPECT_FALSE(fs::exists(path(name) + ".partial"));
     return report.ok() ? "no error" : report.error().message;
   }
@@ -240,7 +235,7 @@ TEST_F(AppendTest, GoesOnAfterItWasKilled) {
   fs::create_directories(path("whole"));
   ASSERT_TRUE(buildOf({path("a.tif"), path("b.tif")}, "whole/a.terrane").ok());
   ASSERT_TRUE(buildOf({path("a.tif")}, "a.terrane").ok());
-  const std::string before = bytesOf(path("a.terrane/manifest.json"));
+  const std::string before = readWholeFile(path("a.terrane/manifest.json"));
   std::string plan;
   {
     SilentProgress progress;
@@ -249,8 +244,8 @@ TEST_F(AppendTest, GoesOnAfterItWasKilled) {
     const auto failed = build(Breaking(**source, 9), "a.terrane");
     ASSERT_FALSE(failed.ok());
     EXPECT_HAS(failed.error().message, "the disk fell off the table");
-    EXPECT_EQ(bytesOf(path("a.terrane/manifest.json")), before);
-    plan = bytesOf(path("a.terrane.partial/plan"));
+    EXPECT_EQ(readWholeFile(path("a.terrane/manifest.json")), before);
+    plan = readWholeFile(path("a.terrane.partial/plan"));
     EXPECT_HAS(plan, "append " + sha256(before));
   }
   const auto report = append({path("b.tif")}, "a.terrane", 3);
@@ -266,7 +261,7 @@ TEST_F(AppendTest, GoesOnAfterItWasKilled) {
   // As it looks right after the last rename: the same command finds that it is done, and adds nothing twice.
   fs::create_directories(path("a.terrane.partial/dataset"));
   std::ofstream(path("a.terrane.partial/plan"))
-      << plan << "committed " << sha256(bytesOf(path("a.terrane/manifest.json"))) << "\n";
+      << plan << "committed " << sha256(readWholeFile(path("a.terrane/manifest.json"))) << "\n";
   const auto again = append({path("b.tif")}, "a.terrane");
   ASSERT_TRUE(again.ok()) << again.error().message;
   EXPECT_TRUE(again->stages.empty());

@@ -9,11 +9,11 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 
 #include "build_output.h"
 #include "function_source.h"
+#include "temporary_directory.h"
 #include "terrane/bake/verify.h"
 #include "terrane/codec/all_layers.h"
 #include "terrane/codec/elevation_codec.h"
@@ -24,8 +24,6 @@ namespace terrane {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
 /// A folder of its own for each test, removed at the end.
 class BuildTest : public ::testing::Test {
@@ -59,11 +57,6 @@ class BuildTest : public ::testing::Test {
 
   fs::path folder_;
 };
-
-std::string bytesOf(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// All stored tiles of a dataset, decoded.
 std::map<TileId, Tile> decodeAll(const std::string& directory) {
@@ -329,10 +322,10 @@ void BuildTest::sameWithAnyThreadsAndMemory(const Source& source) {
   ASSERT_TRUE(dataset.ok()) << dataset.error().message;
   for (int layer = 0; layer < dataset->manifest().scale.layerCount; ++layer) {
     const std::string name = "/" + elevationArchiveName(layer);
-    const std::string bytes = bytesOf(path("one.terrane" + name));
+    const std::string bytes = readWholeFile(path("one.terrane" + name));
     EXPECT_GT(bytes.size(), 1000U);
-    EXPECT_EQ(bytes, bytesOf(path("three.terrane" + name)));
-    EXPECT_EQ(bytes, bytesOf(path("small.terrane" + name)));
+    EXPECT_EQ(bytes, readWholeFile(path("three.terrane" + name)));
+    EXPECT_EQ(bytes, readWholeFile(path("small.terrane" + name)));
   }
 }
 
@@ -510,11 +503,12 @@ TEST_F(BuildTest, GoesOnFromWhatIsDoneAndGetsTheSameBytes) {
     ASSERT_TRUE(report.ok()) << report.error().message;
     EXPECT_EQ(report->stages[0].name, "reading");
     EXPECT_EQ(report->stages[0].jobsResumed, tiles);
-    EXPECT_EQ(bytesOf(path("a.terrane/elevation.pmtiles")), bytesOf(path("whole.terrane/elevation.pmtiles")));
-    EXPECT_EQ(bytesOf(path("a.terrane/elevation-1.pmtiles")),
-              bytesOf(path("whole.terrane/elevation-1.pmtiles")));
-    EXPECT_EQ(bytesOf(path("a.terrane/elevation-2.pmtiles")),
-              bytesOf(path("whole.terrane/elevation-2.pmtiles")));
+    EXPECT_EQ(readWholeFile(path("a.terrane/elevation.pmtiles")),
+              readWholeFile(path("whole.terrane/elevation.pmtiles")));
+    EXPECT_EQ(readWholeFile(path("a.terrane/elevation-1.pmtiles")),
+              readWholeFile(path("whole.terrane/elevation-1.pmtiles")));
+    EXPECT_EQ(readWholeFile(path("a.terrane/elevation-2.pmtiles")),
+              readWholeFile(path("whole.terrane/elevation-2.pmtiles")));
     EXPECT_EQ(contents(), (std::vector<std::string>{"a.terrane", "whole.terrane"}));
   }
 }
@@ -535,7 +529,7 @@ TEST_F(BuildTest, WorkForAnotherResultIsOfNoUse) {
 
   // A machine that went down may have lost what was not yet on the disk.
   ASSERT_FALSE(build(BreakingSource(source, 4), "c.terrane").ok());
-  std::string plan = bytesOf(path("c.terrane.partial/plan"));
+  std::string plan = readWholeFile(path("c.terrane.partial/plan"));
   ASSERT_TRUE(plan.starts_with("boot "));
   plan[6] = plan[6] == '0' ? '1' : '0';
   std::ofstream(path("c.terrane.partial/plan")) << plan;
@@ -551,7 +545,7 @@ TEST_F(BuildTest, WorkForAnotherResultIsOfNoUse) {
   fs::create_directories(path("b.terrane.partial"));
   std::ofstream(path("b.terrane.partial/cat.jpg")) << "meow";
   ASSERT_FALSE(build(source, "b.terrane").ok());
-  EXPECT_EQ(bytesOf(path("b.terrane.partial/cat.jpg")), "meow");
+  EXPECT_EQ(readWholeFile(path("b.terrane.partial/cat.jpg")), "meow");
 }
 
 TEST_F(BuildTest, TwoBuildsOfOneOutputDoNotMeet) {
@@ -592,9 +586,9 @@ TEST_F(BuildTest, SaysWhenTheDiskIsTooSmall) {
 TEST_F(BuildTest, KilledWhileTidyingUpItIsDoneAllTheSame) {
   const FunctionSource source = islands(14);
   ASSERT_FALSE(build(BreakingSource(source, 4), "a.terrane").ok());
-  const std::string plan = bytesOf(path("a.terrane.partial/plan"));
+  const std::string plan = readWholeFile(path("a.terrane.partial/plan"));
   ASSERT_TRUE(build(source, "a.terrane").ok());
-  const std::string manifest = bytesOf(path("a.terrane/manifest.json"));
+  const std::string manifest = readWholeFile(path("a.terrane/manifest.json"));
 
   // As it looks right after the last rename.
   fs::create_directories(path("a.terrane.partial/dataset"));
@@ -604,7 +598,7 @@ TEST_F(BuildTest, KilledWhileTidyingUpItIsDoneAllTheSame) {
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_GT(report->tiles, 0U);
   EXPECT_TRUE(report->stages.empty());
-  EXPECT_EQ(bytesOf(path("a.terrane/manifest.json")), manifest);
+  EXPECT_EQ(readWholeFile(path("a.terrane/manifest.json")), manifest);
   EXPECT_EQ(contents(), std::vector<std::string>{"a.terrane"});
 
   // For another result, what stands there is in the way.
@@ -618,7 +612,7 @@ TEST_F(BuildTest, KilledWhileTidyingUpItIsDoneAllTheSame) {
   ASSERT_FALSE(other.ok());
   EXPECT_TRUE(fs::exists(path("a.terrane.partial/plan")));
   EXPECT_NE(other.error().message.find("--overwrite"), std::string::npos) << other.error().message;
-  EXPECT_EQ(bytesOf(path("a.terrane/manifest.json")), manifest);
+  EXPECT_EQ(readWholeFile(path("a.terrane/manifest.json")), manifest);
   fs::remove_all(path("a.terrane.partial"));
 
   // As it looks right before: everything is done but the rename, to an older dataset's place.
@@ -627,7 +621,7 @@ TEST_F(BuildTest, KilledWhileTidyingUpItIsDoneAllTheSame) {
   std::ofstream(path("a.terrane.partial/plan")) << plan << "committed " << sha256(manifest) << "\n";
   EXPECT_FALSE(build(source, "a.terrane").ok());
   ASSERT_TRUE(build(source, "a.terrane", 2, true).ok());
-  EXPECT_EQ(bytesOf(path("a.terrane/manifest.json")), manifest);
+  EXPECT_EQ(readWholeFile(path("a.terrane/manifest.json")), manifest);
   EXPECT_EQ(contents(), std::vector<std::string>{"a.terrane"});
 }
 
@@ -635,25 +629,25 @@ TEST_F(BuildTest, ReplacesOnlyDatasetsAndOnlyWhenAsked) {
   const FunctionSource first = islands(1);
   const FunctionSource second = islands(2);
   ASSERT_TRUE(build(first, "a.terrane").ok());
-  const std::string before = bytesOf(path("a.terrane/manifest.json"));
+  const std::string before = readWholeFile(path("a.terrane/manifest.json"));
   const auto refused = build(second, "a.terrane");
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.error().message.find("--overwrite"), std::string::npos);
-  EXPECT_EQ(bytesOf(path("a.terrane/manifest.json")), before);
+  EXPECT_EQ(readWholeFile(path("a.terrane/manifest.json")), before);
 
   // A build that fails leaves the old one alone.
   const FunctionSource nothing({{1, 0, 0, 300, 300, [](int64_t, int64_t) { return kNone; }}}, 0.1, 0.05);
   ASSERT_FALSE(build(nothing, "a.terrane", 2, true).ok());
-  EXPECT_EQ(bytesOf(path("a.terrane/manifest.json")), before);
+  EXPECT_EQ(readWholeFile(path("a.terrane/manifest.json")), before);
 
   ASSERT_TRUE(build(second, "a.terrane", 2, true).ok());
-  EXPECT_NE(bytesOf(path("a.terrane/manifest.json")), before);
+  EXPECT_NE(readWholeFile(path("a.terrane/manifest.json")), before);
   EXPECT_EQ(contents(), std::vector<std::string>{"a.terrane"});
 
   fs::create_directories(path("photos"));
   std::ofstream(path("photos/cat.jpg")) << "meow";
   ASSERT_FALSE(build(second, "photos", 2, true).ok());
-  EXPECT_EQ(bytesOf(path("photos/cat.jpg")), "meow");
+  EXPECT_EQ(readWholeFile(path("photos/cat.jpg")), "meow");
 }
 
 TEST_F(BuildTest, OneSampleIsEnough) {

@@ -11,6 +11,9 @@
 
 namespace terrane {
 
+/// No height.
+inline constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+
 /// One input made of a function: samples [x0, x1] x [y0, y1] of a level's lattice.
 struct FunctionLayer {
   int level = 0;

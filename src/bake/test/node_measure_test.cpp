@@ -14,7 +14,6 @@
 namespace terrane {
 namespace {
 
-constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 constexpr double kMaxError = 0.05;
 
 /// A pyramid as a build makes it, with the samples at hand.

@@ -14,16 +14,15 @@
 namespace terrane {
 namespace {
 
-constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 constexpr auto kTileSize = static_cast<size_t>(kTileSampleCount);
 
 /// A world of 2 x 2 tiles, with its samples in one array; and the same cut into tiles.
-class World {
+class TiledWorld {
  public:
   static constexpr int kCells = 2 * kTileCells;
   static constexpr int kSamples = kCells + 1;
 
-  World(const std::function<float(int, int)>& height, double maxError, double step)
+  TiledWorld(const std::function<float(int, int)>& height, double maxError, double step)
       : maxError_(maxError), given_(size()), onStep_(size()) {
     for (int y = 0; y < kSamples; ++y) {
       for (int x = 0; x < kSamples; ++x) {
@@ -188,7 +187,7 @@ TEST(Significance, KeepsTheBoundIsClosedAndIsWhatItsDefinitionSays) {
   for (uint64_t seed = 0; seed < 16; ++seed) {
     const double maxError = seed % 3 == 0 ? 0.25 : 2.0;
     const double step = seed % 2 == 0 ? 0.5 * maxError : 1.9 * maxError;
-    World world([&](int x, int y) { return mixedGround(x, y, seed); }, maxError, step);
+    TiledWorld world([&](int x, int y) { return mixedGround(x, y, seed); }, maxError, step);
     world.run();
     if (HasFatalFailure()) FAIL() << "seed " << seed;
 
@@ -196,9 +195,9 @@ TEST(Significance, KeepsTheBoundIsClosedAndIsWhatItsDefinitionSays) {
     const auto most = world.significantByDefinition(maxError - 0.002);
     const auto least = world.significantByDefinition(maxError);
     size_t coded = 0;
-    for (int y = 0; y < World::kSamples; ++y) {
-      for (int x = 0; x < World::kSamples; ++x) {
-        const size_t i = World::at(x, y);
+    for (int y = 0; y < TiledWorld::kSamples; ++y) {
+      for (int x = 0; x < TiledWorld::kSamples; ++x) {
+        const size_t i = TiledWorld::at(x, y);
         const bool significant = world.significant()[i] != 0;
         ASSERT_GE(significant, least[i] != 0) << "seed " << seed << " at " << x << " " << y;
         ASSERT_LE(significant, most[i] != 0) << "seed " << seed << " at " << x << " " << y;
@@ -209,7 +208,7 @@ TEST(Significance, KeepsTheBoundIsClosedAndIsWhatItsDefinitionSays) {
         } else if (significant) {
           const Diamond d = lattice.diamondAt({x, y});
           for (const Diamond& parent : lattice.parents(d))
-            ASSERT_TRUE(world.significant()[World::at(parent.center())]) << "seed " << seed;
+            ASSERT_TRUE(world.significant()[TiledWorld::at(parent.center())]) << "seed " << seed;
         }
         if (!world.hasHeight(i)) {
           ASSERT_TRUE(std::isnan(world.heights()[i]));
@@ -224,31 +223,32 @@ TEST(Significance, KeepsTheBoundIsClosedAndIsWhatItsDefinitionSays) {
         }
         const auto ends = lattice.hypotenuse(lattice.diamondAt({x, y}));
         if (!world.hasHeight(ends[0]) || !world.hasHeight(ends[1])) continue;
-        ASSERT_EQ(world.heights()[i],
-                  (world.heights()[World::at(ends[0])] + world.heights()[World::at(ends[1])]) * 0.5F);
+        ASSERT_EQ(
+            world.heights()[i],
+            (world.heights()[TiledWorld::at(ends[0])] + world.heights()[TiledWorld::at(ends[1])]) * 0.5F);
       }
     }
-    EXPECT_GE(coded, World::size() / 256) << "seed " << seed;
-    EXPECT_LT(coded, World::size() * 95 / 100) << "seed " << seed;
+    EXPECT_GE(coded, TiledWorld::size() / 256) << "seed " << seed;
+    EXPECT_LT(coded, TiledWorld::size() * 95 / 100) << "seed " << seed;
     total += coded;
   }
   // Much is left out and much is kept, or the test would say little.
-  EXPECT_GT(total, 16 * World::size() / 5);
-  EXPECT_LT(total, 16 * World::size() * 4 / 5);
+  EXPECT_GT(total, 16 * TiledWorld::size() / 5);
+  EXPECT_LT(total, 16 * TiledWorld::size() * 4 / 5);
 }
 
 TEST(Significance, ABoundThatFloatsCannotTellKeepsEverything) {
-  World world([](int, int) { return 8000.0F; }, 0.001, 0.001);
+  TiledWorld world([](int, int) { return 8000.0F; }, 0.001, 0.001);
   world.run();
   EXPECT_EQ(std::count(world.significant().begin(), world.significant().end(), 1),
-            static_cast<ptrdiff_t>(World::size()));
+            static_cast<ptrdiff_t>(TiledWorld::size()));
 }
 
 TEST(Significance, PlanesAndNothingCostNothing) {
-  World plane([](int x, int y) { return static_cast<float>(100 + 2 * x - y); }, 0.5, 1.0);
+  TiledWorld plane([](int x, int y) { return static_cast<float>(100 + 2 * x - y); }, 0.5, 1.0);
   plane.run();
   EXPECT_EQ(std::count(plane.significant().begin(), plane.significant().end(), 1), 33 * 33);
-  World nothing([](int, int) { return kNone; }, 0.5, 1.0);
+  TiledWorld nothing([](int, int) { return kNone; }, 0.5, 1.0);
   nothing.run();
   EXPECT_EQ(std::count(nothing.significant().begin(), nothing.significant().end(), 1), 33 * 33);
 }
@@ -256,15 +256,15 @@ TEST(Significance, PlanesAndNothingCostNothing) {
 TEST(Significance, ASpikeBringsItsAncestorsAndNoMore) {
   // In the corner of a square: its ancestors lie in all four squares around.
   const auto spike = [](int x, int y) { return x == 255 && y == 257 ? 10.0F : 0.0F; };
-  World world(spike, 0.5, 0.5);
+  TiledWorld world(spike, 0.5, 0.5);
   world.run();
   const Lattice lattice(1);
   std::vector<uint8_t> expected = world.significantByDefinition(0.5);
   EXPECT_EQ(world.significant(), expected);
   bool south = false, north = false, east = false;
-  for (int y = 0; y < World::kSamples; ++y) {
-    for (int x = 0; x < World::kSamples; ++x) {
-      if (world.significant()[World::at(x, y)] == 0 || ((x | y) % 16) == 0) continue;
+  for (int y = 0; y < TiledWorld::kSamples; ++y) {
+    for (int x = 0; x < TiledWorld::kSamples; ++x) {
+      if (world.significant()[TiledWorld::at(x, y)] == 0 || ((x | y) % 16) == 0) continue;
       ASSERT_LE(std::max(std::abs(x - 255), std::abs(y - 257)), 24);
       south |= y > 256;
       north |= y < 256;
@@ -282,9 +282,9 @@ TEST(Significance, ThinDataAlongVoidIsKept) {
     const int dx = x - 400, dy = y - 400;
     return dx * dx + dy * dy < 3600 && dx * dx + dy * dy > 2500 ? static_cast<float>(dx) : kNone;
   };
-  World world(thin, 0.5, 0.25);
+  TiledWorld world(thin, 0.5, 0.25);
   world.run();
-  for (size_t i = 0; i < World::size(); ++i) {
+  for (size_t i = 0; i < TiledWorld::size(); ++i) {
     if (world.hasHeight(i)) {
       ASSERT_NEAR(world.heights()[i], world.given()[i], 0.5);
     } else {

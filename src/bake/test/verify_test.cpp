@@ -3,11 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 
 #include "function_source.h"
+#include "temporary_directory.h"
 #include "terrane/bake/build.h"
 #include "terrane/codec/elevation_codec.h"
 #include "terrane/dataset/dataset.h"
@@ -18,14 +17,6 @@ namespace terrane {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string bytesOf(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-void write(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
-}
 
 class VerifyTest : public ::testing::Test {
  protected:
@@ -88,7 +79,7 @@ class VerifyTest : public ::testing::Test {
     ASSERT_TRUE(writer->finish("{}").ok());
     manifest.archives[0].bytes = fs::file_size(file("elevation.pmtiles"));
     manifest.archives[0].sha256 = *sha256OfFile(file("elevation.pmtiles"));
-    write(file("manifest.json"), manifestToJson(manifest));
+    writeWholeFile(file("manifest.json"), manifestToJson(manifest));
   }
 
   void expectFault(const std::string& words) const {
@@ -114,20 +105,20 @@ TEST_F(VerifyTest, AFreshDatasetIsSound) {
 
 TEST_F(VerifyTest, SeesAnyChangedByteOfTheArchive) {
   const std::string path = file("elevation.pmtiles");
-  const std::string good = bytesOf(path);
+  const std::string good = readWholeFile(path);
   for (size_t at = 0; at < good.size(); at += 1 + good.size() / 40) {
     std::string bad = good;
     bad[at] = static_cast<char>(bad[at] ^ 0x10);
-    write(path, bad);
+    writeWholeFile(path, bad);
     const auto report = verify();
     ASSERT_TRUE(!report.ok() || report->faultCount > 0) << at;
   }
   for (const size_t size : {size_t{0}, size_t{100}, good.size() / 2, good.size() - 1}) {
-    write(path, good.substr(0, size));
+    writeWholeFile(path, good.substr(0, size));
     const auto report = verify();
     ASSERT_TRUE(!report.ok() || report->faultCount > 0) << size;
   }
-  write(path, good + "x");
+  writeWholeFile(path, good + "x");
   ASSERT_FALSE(verify().ok() && verify()->faultCount == 0);
   fs::remove(path);
   ASSERT_FALSE(verify().ok() && verify()->faultCount == 0);
@@ -135,15 +126,15 @@ TEST_F(VerifyTest, SeesAnyChangedByteOfTheArchive) {
 
 TEST_F(VerifyTest, SeesAnyChangedByteOfTheManifest) {
   const std::string path = file("manifest.json");
-  const std::string good = bytesOf(path);
+  const std::string good = readWholeFile(path);
   for (size_t at = 0; at < good.size(); at += 3) {
     std::string bad = good;
     bad[at] = static_cast<char>(bad[at] ^ 0x01);
-    write(path, bad);
+    writeWholeFile(path, bad);
     const auto opened = Dataset::open(directory_);
     ASSERT_FALSE(opened.ok()) << at << ": " << bad.substr(at, 20);
   }
-  write(path, good.substr(0, good.size() / 2));
+  writeWholeFile(path, good.substr(0, good.size() / 2));
   ASSERT_FALSE(verify().ok());
 }
 
@@ -212,7 +203,7 @@ TEST_F(VerifyTest, SeesAWrongRoughness) {
   ASSERT_TRUE(dataset.ok());
   Manifest manifest = dataset->manifest();
   manifest.scale.roughness *= 1.01;
-  write(file("manifest.json"), manifestToJson(manifest));
+  writeWholeFile(file("manifest.json"), manifestToJson(manifest));
   expectFault("roughness");
 }
 
@@ -222,7 +213,7 @@ TEST_F(VerifyTest, SeesAWrongShareOfZeros) {
   Manifest manifest = dataset->manifest();
   ASSERT_TRUE(manifest.zeroShare);
   manifest.zeroShare = *manifest.zeroShare + 0.01;
-  write(file("manifest.json"), manifestToJson(manifest));
+  writeWholeFile(file("manifest.json"), manifestToJson(manifest));
   expectFault("stands at 0");
 }
 
@@ -237,16 +228,16 @@ TEST_F(VerifyTest, SeesALayerThatIsOff) {
   Manifest manifest = dataset->manifest();
   ASSERT_EQ(manifest.scale.layerCount, 3);
   manifest.scale.layerErrors[0] = 6.0;
-  write(file("manifest.json"), manifestToJson(manifest));
+  writeWholeFile(file("manifest.json"), manifestToJson(manifest));
   expectFault("with the layers up to 0, a sample is off by");
 }
 
 TEST_F(VerifyTest, SeesALayerWithAChangedByte) {
   const auto hills = [](int64_t x, int64_t y) { return roughGround(x, y, 1); };
   buildFrom(FunctionSource({{1, 0, 0, 500, 500, hills}}, 1.5, 1.0), true);
-  std::string bytes = bytesOf(file("elevation-2.pmtiles"));
+  std::string bytes = readWholeFile(file("elevation-2.pmtiles"));
   bytes[16384 + 40] = static_cast<char>(bytes[16384 + 40] ^ 1);
-  write(file("elevation-2.pmtiles"), bytes);
+  writeWholeFile(file("elevation-2.pmtiles"), bytes);
   expectFault("layer 2: ");
 }
 

@@ -19,7 +19,7 @@
 namespace terrane {
 namespace {
 
-constexpr uint8_t kVersion = 4;
+constexpr uint8_t kElevationVersion = 4;
 constexpr uint8_t kFlagRoot = 1;
 
 enum class CoverageMode : uint8_t { None = 0, Full = 1, FromCorners = 2, Bitmap = 3 };
@@ -28,11 +28,6 @@ enum class CoverageMode : uint8_t { None = 0, Full = 1, FromCorners = 2, Bitmap 
 constexpr int kCoarsestBeginning = 8;
 
 constexpr std::array<int, 4> kCorners = {0, kTileCells, kTileCells* kTileSamples, kTileSampleCount - 1};
-
-/// The half-size of the coarsest samples that a tile holds itself.
-constexpr int coarsestHalfSize(bool isRoot) {
-  return isRoot ? kCoarsestHalfSize : 1;
-}
 
 /// Which states own samples have, as the bits of one byte.
 uint8_t byteOfStates(const OwnStates& states) {
@@ -188,30 +183,31 @@ Status checkSegments(std::span<const uint8_t> payload, size_t start, const OwnSt
 }
 
 /// What a payload says before its segments.
-struct Head {
+struct ElevationHead {
   CoverageMode coverageMode = CoverageMode::None;
   OwnStates states;
 };
 
 Status readVersion(ByteReader& in) {
   TERRANE_ASSIGN(const uint8_t version, in.byte());
-  if (version > kVersion) {
-    return makeError("byte 0: payload version {}, this program reads {}: update Terrane", version, kVersion);
+  if (version > kElevationVersion) {
+    return makeError("byte 0: payload version {}, this program reads {}: update Terrane", version,
+                     kElevationVersion);
   }
   if (version == 0) return makeError("byte 0: payload version 0 does not exist");
-  if (version != kVersion) {
+  if (version != kElevationVersion) {
     return makeError("byte 0: payload version {}, this program reads {}: build the dataset again", version,
-                     kVersion);
+                     kElevationVersion);
   }
   return in.skip(kCheckedFrom - kCheckOffset);
 }
 
 /// Reads what follows version and check, up to the first segment; also what the tile has before its own
 /// samples: its parent's, or the world's four corners.
-Result<Head> readHead(ByteReader& in, const TileSamples* parent, int quadrant, const ElevationScale& scale,
-                      Tile& tile) {
+Result<ElevationHead> readHead(ByteReader& in, const TileSamples* parent, int quadrant,
+                               const ElevationScale& scale, Tile& tile) {
   const bool isRoot = parent == nullptr;
-  Head head;
+  ElevationHead head;
   const size_t flagsStart = in.offset();
   TERRANE_ASSIGN(const uint8_t flags, in.byte());
   if (flags >= 8) return makeError("byte {}: unknown flags {:#x}", flagsStart, flags);
@@ -290,7 +286,7 @@ std::vector<uint8_t> encodeTile(const Tile& tile, const TileSamples* parent, int
   std::unique_ptr<SampleModels> models;
   if (states.hasAnswers()) models = std::make_unique<SampleModels>();
   ByteWriter head;
-  head.byte(kVersion);
+  head.byte(kElevationVersion);
   head.uint16(0);  // the check, when all else is there
   head.byte(static_cast<uint8_t>((isRoot ? kFlagRoot : 0) | static_cast<unsigned>(coverageMode) << 1));
   head.byte(byteOfStates(states));
@@ -312,7 +308,7 @@ Result<Tile> decodeTile(std::span<const uint8_t> payload, const TileSamples* par
   TERRANE_TRY(readVersion(in));
   TERRANE_TRY(checkPayload(payload));
   Tile tile = std::move(recycled);
-  TERRANE_ASSIGN(const Head head, readHead(in, parent, quadrant, scale, tile));
+  TERRANE_ASSIGN(const ElevationHead head, readHead(in, parent, quadrant, scale, tile));
 
   // All segments are whole before any of them is decoded.
   int levels = 0;
@@ -347,7 +343,7 @@ Result<Tile> decodeRootBeginning(std::span<const uint8_t> beginning, const Eleva
   ByteReader in(beginning);
   TERRANE_TRY(readVersion(in));
   Tile tile;
-  TERRANE_ASSIGN(const Head head, readHead(in, nullptr, 0, scale, tile));
+  TERRANE_ASSIGN(const ElevationHead head, readHead(in, nullptr, 0, scale, tile));
 
   std::unique_ptr<SampleModels> models;
   if (head.states.hasAnswers()) models = std::make_unique<SampleModels>();

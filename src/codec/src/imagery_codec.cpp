@@ -18,7 +18,7 @@ namespace terrane {
 
 namespace {
 
-constexpr uint8_t kVersion = 2;
+constexpr uint8_t kImageryVersion = 2;
 constexpr uint8_t kHasMask = 1;
 constexpr size_t kMostScanEnds = 32;
 constexpr size_t kMaskBytes = kImageryTexels;
@@ -64,20 +64,20 @@ class HeadReader {
 };
 
 /// The head, and where the mask lies.
-struct Head {
+struct ImageryHead {
   ImageryLayout layout;
   size_t maskBytes = 0;
   size_t maskBegin() const { return layout.imageBegin - maskBytes; }
 };
 
-Result<Head> readHead(std::span<const uint8_t> bytes) {
+Result<ImageryHead> readHead(std::span<const uint8_t> bytes) {
   HeadReader reader(bytes);
   const auto cutShort = [&] { return makeError("imagery payload: its head is cut short or damaged"); };
   uint8_t version = 0, check = 0, format = 0, flags = 0, scans = 0;
   if (!reader.byte(version)) return cutShort();
-  if (version != kVersion)
-    return makeError("imagery payload: has version {}, this program reads {}: {}", version, kVersion,
-                     version > kVersion ? "update Terrane" : "build the dataset again");
+  if (version != kImageryVersion)
+    return makeError("imagery payload: has version {}, this program reads {}: {}", version, kImageryVersion,
+                     version > kImageryVersion ? "update Terrane" : "build the dataset again");
   // The check is looked at when all of the payload is here.
   for (size_t i = kCheckOffset; i < kCheckedFrom; ++i)
     if (!reader.byte(check)) return cutShort();
@@ -91,7 +91,7 @@ Result<Head> readHead(std::span<const uint8_t> bytes) {
   if (scans > kMostScanEnds || (scans == 0) == jpeg)
     return makeError("imagery payload: says that it has {} scans", scans);
 
-  Head head;
+  ImageryHead head;
   head.layout.format = static_cast<ImageryFormat>(format);
   head.layout.hasMask = flags != 0;
   size_t end = 0;
@@ -162,7 +162,7 @@ Status decodeWebp(std::span<const uint8_t> file, ImageryTile& tile) {
 }
 
 /// A JPEG that ends at `end` of the payload, as if its last scan were that.
-Result<ImageryTile> decodeJpegUpTo(std::span<const uint8_t> payload, const Head& head, size_t end) {
+Result<ImageryTile> decodeJpegUpTo(std::span<const uint8_t> payload, const ImageryHead& head, size_t end) {
   std::vector<uint8_t> file(payload.begin() + static_cast<ptrdiff_t>(head.layout.imageBegin),
                             payload.begin() + static_cast<ptrdiff_t>(end));
   file.insert(file.end(), kEndOfImage.begin(), kEndOfImage.end());
@@ -250,7 +250,7 @@ std::vector<uint8_t> encodeImagery(const ImageryTile& tile, ImageryFormat format
   const std::vector<size_t> ends = jpeg ? jpegScanEnds(image) : std::vector<size_t>();
 
   std::vector<uint8_t> out(kCheckedFrom, 0);
-  out[0] = kVersion;
+  out[0] = kImageryVersion;
   out.push_back(static_cast<uint8_t>(format));
   out.push_back(jpeg && !full ? kHasMask : 0);
   out.push_back(static_cast<uint8_t>(ends.size()));
@@ -275,12 +275,12 @@ std::vector<uint8_t> encodeImageryRoot(const ImageryTile& tile, ImageryFormat fo
 }
 
 Result<ImageryLayout> imageryLayout(std::span<const uint8_t> beginning) {
-  TERRANE_ASSIGN(Head head, readHead(beginning));
+  TERRANE_ASSIGN(ImageryHead head, readHead(beginning));
   return std::move(head.layout);
 }
 
 Result<ImageryTile> decodeImagery(std::span<const uint8_t> payload) {
-  TERRANE_ASSIGN(const Head head, readHead(payload));
+  TERRANE_ASSIGN(const ImageryHead head, readHead(payload));
   if (const Status sound = checkPayload(payload); !sound.ok())
     return makeError("imagery payload: {}", sound.error().message);
   if (head.layout.imageBegin > payload.size()) return makeError("imagery payload: is cut short");
@@ -305,7 +305,7 @@ Result<ImageryTile> decodeImagery(std::span<const uint8_t> payload) {
 }
 
 Result<ImageryTile> decodeImageryPrefix(std::span<const uint8_t> beginning) {
-  TERRANE_ASSIGN(const Head head, readHead(beginning));
+  TERRANE_ASSIGN(const ImageryHead head, readHead(beginning));
   if (head.layout.format == ImageryFormat::Webp) return decodeImagery(beginning);
   size_t end = 0;
   for (const size_t scanEnd : head.layout.scanEnds) {

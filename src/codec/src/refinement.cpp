@@ -13,17 +13,13 @@
 namespace terrane {
 namespace {
 
-constexpr uint8_t kVersion = 1;
-constexpr uint8_t kFlagRoot = 1;
+constexpr uint8_t kRefinementVersion = 1;
+constexpr uint8_t kFlagOfRoot = 1;
 constexpr uint8_t kFlagClosed = 2;
 constexpr uint8_t kFlagEmpty = 4;
 
 /// The largest half-size of samples that are not all of the first layer.
 constexpr int kLargestRefined = 8;
-
-constexpr int coarsestHalfSize(bool isRoot) {
-  return isRoot ? kCoarsestHalfSize : 1;
-}
 
 /// The parent as the layer has it: itself where it has no more.
 const TileSamples* parentOfLayer(const TileSamples* parent, int layer, TileSamples& room) {
@@ -107,9 +103,9 @@ std::vector<uint8_t> encodeRefinement(const TileSamples& tile, const TileSamples
   const bool closed = ownStatesOf(samples.states, isRoot).closed;
   const bool isEmpty = !codesAny(samples, isRoot, layer);
   ByteWriter head;
-  head.byte(kVersion);
+  head.byte(kRefinementVersion);
   head.uint16(0);  // the check, when all else is there
-  head.byte(static_cast<uint8_t>((isRoot ? kFlagRoot : 0) | (closed ? kFlagClosed : 0) |
+  head.byte(static_cast<uint8_t>((isRoot ? kFlagOfRoot : 0) | (closed ? kFlagClosed : 0) |
                                  (isEmpty ? kFlagEmpty : 0)));
   std::vector<uint8_t> out = head.take();
   if (!isEmpty) {
@@ -131,15 +127,15 @@ Result<TileSamples> refineTile(std::span<const uint8_t> payload, const TileSampl
     return makeError("the dataset has {} layers, this would be one more", scale.layerCount);
   ByteReader in(payload);
   TERRANE_ASSIGN(const uint8_t version, in.byte());
-  if (version != kVersion) {
-    return makeError("byte 0: refinement version {}, this program reads {}: {}", version, kVersion,
-                     version > kVersion ? "update Terrane" : "build the dataset again");
+  if (version != kRefinementVersion) {
+    return makeError("byte 0: refinement version {}, this program reads {}: {}", version, kRefinementVersion,
+                     version > kRefinementVersion ? "update Terrane" : "build the dataset again");
   }
   TERRANE_TRY(in.skip(kCheckedFrom - kCheckOffset));
   TERRANE_TRY(checkPayload(payload));
   TERRANE_ASSIGN(const unsigned flags, in.byte());
   if (flags >= 8) return makeError("byte 3: unknown flags {:#x}", flags);
-  if (((flags & kFlagRoot) != 0) != isRoot) {
+  if (((flags & kFlagOfRoot) != 0) != isRoot) {
     return makeError("byte 3: {}",
                      isRoot ? "not a root tile, and no parent given" : "a root tile, but a parent given");
   }

@@ -9,6 +9,10 @@ namespace terrane {
 
 /// Half-size of the quad-centre in the middle of a tile: where the root's lattice begins.
 inline constexpr int kCoarsestHalfSize = kTileCells / 2;
+/// That of the coarsest samples that a tile holds itself.
+constexpr int coarsestHalfSize(bool isRoot) {
+  return isRoot ? kCoarsestHalfSize : 1;
+}
 
 /// Quad-centres of half-size s in one tile, and edge-centres.
 constexpr int quadCenterCount(int s) {

@@ -8,7 +8,7 @@ namespace terrane {
 
 namespace {
 
-constexpr uint8_t kVersion = 1;
+constexpr uint8_t kStripVersion = 1;
 
 void putDouble(ByteWriter& out, double value) {
   const auto bits = bitCast<uint64_t>(value);
@@ -30,7 +30,8 @@ Result<StripMesh> parse(std::span<const uint8_t> bytes) {
   ByteReader in(bytes);
   StripMesh mesh;
   TERRANE_ASSIGN(const uint8_t version, in.byte());
-  if (version != kVersion) return makeError("has version {}, this program reads {}", version, kVersion);
+  if (version != kStripVersion)
+    return makeError("has version {}, this program reads {}", version, kStripVersion);
   TERRANE_ASSIGN(const uint8_t levels, in.byte());
   if (levels < 1 || levels > 9) return makeError("byte 1: a side of 2^{} + 1 samples", levels);
   mesh.side = (1 << levels) + 1;
@@ -64,7 +65,7 @@ Result<StripMesh> parse(std::span<const uint8_t> bytes) {
 
 std::vector<uint8_t> bytesOf(const StripMesh& mesh) {
   ByteWriter out;
-  out.byte(kVersion);
+  out.byte(kStripVersion);
   out.byte(static_cast<uint8_t>(std::countr_zero(static_cast<unsigned>(mesh.side - 1))));
   out.byte(static_cast<uint8_t>(mesh.heightBits));
   out.byte(0);

@@ -15,7 +15,7 @@
 namespace terrane {
 namespace {
 
-constexpr TileId kRoot{0, 0, 0};
+constexpr TileId kRootTile{0, 0, 0};
 constexpr int kLayers = 3;
 
 ElevationScale scaleOfLayers() {
@@ -101,8 +101,8 @@ TEST_P(Refinement, BringsBackEveryLayerOfEveryTile) {
   std::mt19937 random(41);
   const ElevationScale scale = scaleOfLayers();
   for (int round = 0; round < 3; ++round) {
-    Tile root = randomTile(kRoot, nullptr, scale, GetParam().options, random);
-    divide(kRoot, nullptr, GetParam().closed, root.samples, random);
+    Tile root = randomTile(kRootTile, nullptr, scale, GetParam().options, random);
+    divide(kRootTile, nullptr, GetParam().closed, root.samples, random);
     const auto rootPayloads = encodeAll(root, nullptr, 0, scale);
     const auto decodedRoot = decodeAll(rootPayloads, nullptr, 0, scale);
     ASSERT_TRUE(decodedRoot.ok()) << decodedRoot.error().message;
@@ -144,7 +144,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(RefinementBytes, WhereNothingIsAddedThereAreFour) {
   std::mt19937 random(7);
   const ElevationScale scale = scaleOfLayers();
-  Tile root = randomTile(kRoot, nullptr, scale, {}, random);
+  Tile root = randomTile(kRootTile, nullptr, scale, {}, random);
   root.samples.layerCount = kLayers;
   root.samples.layers.assign(kTileSampleCount, 0);
   EXPECT_EQ(encodeRefinement(root.samples, nullptr, 0, 1, scale).size(), 4U);
@@ -153,8 +153,8 @@ TEST(RefinementBytes, WhereNothingIsAddedThereAreFour) {
 TEST(RefinementBytes, DamagedOnesAreRefused) {
   std::mt19937 random(11);
   const ElevationScale scale = scaleOfLayers();
-  Tile root = randomTile(kRoot, nullptr, scale, {.interpolatedShare = 0.3}, random);
-  divide(kRoot, nullptr, true, root.samples, random);
+  Tile root = randomTile(kRootTile, nullptr, scale, {.interpolatedShare = 0.3}, random);
+  divide(kRootTile, nullptr, true, root.samples, random);
   const TileSamples before = samplesOfLayer(root.samples, 0);
   const std::vector<uint8_t> payload = encodeRefinement(root.samples, nullptr, 0, 1, scale);
   for (size_t size = 0; size < payload.size(); size += 1 + size / 9) {
@@ -253,8 +253,8 @@ TEST(RefinementBytes, WhatTheLayersBeforeContradictIsRefused) {
 TEST(RefinementBytes, WhatOnlyTheFirstLayerMayCodeIsRefused) {
   std::mt19937 random(3);
   const ElevationScale scale = scaleOfLayers();
-  Tile root = randomTile(kRoot, nullptr, scale, {}, random);
-  divide(kRoot, nullptr, false, root.samples, random);
+  Tile root = randomTile(kRootTile, nullptr, scale, {}, random);
+  divide(kRootTile, nullptr, false, root.samples, random);
   root.samples.layers[64 * kTileSamples + 64] = 1;
   TileSamples before = samplesOfLayer(root.samples, 0);
   before.states[64 * kTileSamples + 64] = SampleState::Interpolated;

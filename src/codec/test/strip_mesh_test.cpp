@@ -20,9 +20,9 @@ namespace {
 // What the paper says, done again in the plainest way, by none of the codec's arithmetic: only packed
 // vertices and the bits of entries are taken from it.
 
-using Point = std::pair<int, int>;
+using StripPoint = std::pair<int, int>;
 /// The right angle first; the others in order.
-using Triangle = std::array<Point, 3>;
+using Triangle = std::array<StripPoint, 3>;
 
 const float kNothing = std::numeric_limits<float>::quiet_NaN();
 
@@ -32,20 +32,20 @@ double qOf(const StripMesh& mesh, float height) {
   return std::clamp(std::floor((height - lowest) / mesh.stepMeters), 0.0, std::exp2(mesh.heightBits) - 1.0);
 }
 
-int64_t cross(Point a, Point b, Point c) {
+int64_t cross(StripPoint a, StripPoint b, StripPoint c) {
   return int64_t{b.first - a.first} * (c.second - a.second) -
          int64_t{b.second - a.second} * (c.first - a.first);
 }
 
 /// Calls `use` with each sample in the triangle, border included, and the q that the triangle has there.
 template <class Use>
-void forSamplesIn(const std::array<Point, 3>& corner, const std::array<double, 3>& q, const Use& use) {
+void forSamplesIn(const std::array<StripPoint, 3>& corner, const std::array<double, 3>& q, const Use& use) {
   const auto [minX, maxX] = std::minmax({corner[0].first, corner[1].first, corner[2].first});
   const auto [minY, maxY] = std::minmax({corner[0].second, corner[1].second, corner[2].second});
   const int64_t area = cross(corner[0], corner[1], corner[2]);
   for (int y = minY; y <= maxY; ++y) {
     for (int x = minX; x <= maxX; ++x) {
-      const Point p{x, y};
+      const StripPoint p{x, y};
       const std::array<int64_t, 3> weight = {cross(p, corner[1], corner[2]), cross(corner[0], p, corner[2]),
                                              cross(corner[0], corner[1], p)};
       if (std::any_of(weight.begin(), weight.end(),
@@ -64,7 +64,7 @@ class NaiveMesh {
   NaiveMesh(const StripMesh& mesh, const std::vector<float>& heights, double bound)
       : mesh_(mesh), heights_(heights), bound_(bound) {
     const int last = mesh.side - 1;
-    const Point middle{last / 2, last / 2};
+    const StripPoint middle{last / 2, last / 2};
     add({middle, {0, 0}, {0, last}});
     add({middle, {0, last}, {last, last}});
     add({middle, {last, 0}, {last, last}});
@@ -102,7 +102,7 @@ class NaiveMesh {
     });
     return worst <= bound_;
   }
-  bool isOnBorder(Point a, Point b) const {
+  bool isOnBorder(StripPoint a, StripPoint b) const {
     const int last = mesh_.side - 1;
     return (a.first == b.first && a.first % last == 0) || (a.second == b.second && a.second % last == 0);
   }
@@ -120,7 +120,7 @@ class NaiveMesh {
         split(*larger);
       }
     }
-    const Point middle{(a.first + b.first) / 2, (a.second + b.second) / 2};
+    const StripPoint middle{(a.first + b.first) / 2, (a.second + b.second) / 2};
     const std::set<Triangle> both = byHypotenuse_[{a, b}];
     for (const Triangle& half : both) {
       remove(half);
@@ -133,12 +133,12 @@ class NaiveMesh {
   const std::vector<float>& heights_;
   double bound_;
   std::set<Triangle> triangles_;
-  std::map<std::pair<Point, Point>, std::set<Triangle>> byHypotenuse_;
+  std::map<std::pair<StripPoint, StripPoint>, std::set<Triangle>> byHypotenuse_;
 };
 
 /// A decoded triangle.
 struct Decoded {
-  std::array<Point, 3> corner;  ///< v1, v2, v3
+  std::array<StripPoint, 3> corner;  ///< v1, v2, v3
   std::array<uint32_t, 3> q;
 };
 
@@ -170,13 +170,13 @@ uint32_t entryOf(const StripMesh& mesh, size_t index) {
 }
 
 /// Where the right angle of a triangle is, 0 to 2.
-size_t rightAngleOf(const std::array<Point, 3>& corner) {
+size_t rightAngleOf(const std::array<StripPoint, 3>& corner) {
   for (size_t i = 0; i < 3; ++i) {
-    const Point a = corner[i];
-    const Point b = corner[(i + 1) % 3];
-    const Point c = corner[(i + 2) % 3];
+    const StripPoint a = corner[i];
+    const StripPoint b = corner[(i + 1) % 3];
+    const StripPoint c = corner[(i + 2) % 3];
     const int dot = (b.first - a.first) * (c.first - a.first) + (b.second - a.second) * (c.second - a.second);
-    const auto square = [&](Point p) {
+    const auto square = [&](StripPoint p) {
       return (p.first - a.first) * (p.first - a.first) + (p.second - a.second) * (p.second - a.second);
     };
     if (dot == 0 && square(b) == square(c)) return i;
@@ -185,7 +185,7 @@ size_t rightAngleOf(const std::array<Point, 3>& corner) {
   return 0;
 }
 
-Triangle normalOf(const std::array<Point, 3>& corner) {
+Triangle normalOf(const std::array<StripPoint, 3>& corner) {
   const size_t apex = rightAngleOf(corner);
   Triangle out = {corner[apex], corner[(apex + 1) % 3], corner[(apex + 2) % 3]};
   std::sort(out.begin() + 1, out.end());

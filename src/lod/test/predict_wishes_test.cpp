@@ -14,7 +14,7 @@
 namespace terrane {
 namespace {
 
-Camera randomCamera(std::mt19937& random, const FakeWorld& world) {
+Camera randomHighCamera(std::mt19937& random, const FakeWorld& world) {
   const double side = world.frame.spacingXMeters() * static_cast<double>(world.frame.worldCells());
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   const glm::dvec3 eye(unit(random) * side, -unit(random) * side,
@@ -61,7 +61,7 @@ TEST(PredictWishes, NamesOnlyWhatCanBeFetchedAndParentsFirst) {
         resident.insert(id);
     }
     for (int view = 0; view < 12; ++view) {
-      const Camera camera = randomCamera(random, world);
+      const Camera camera = randomHighCamera(random, world);
       const FakeResidents residents(world, view == 0 ? std::set<TileId>() : resident);
       const Guesses all = guess(world, residents, camera, stored, 1000);
       named += all.guesses.size();
@@ -98,7 +98,7 @@ TEST(PredictWishes, CoversMostOfWhatIsWishedLater) {
     std::set<TileId> all;
     for (const TileId id : FakeWorld::allTiles(4)) all.insert(id);
     for (int view = 0; view < 12; ++view) {
-      const Camera camera = randomCamera(random, world);
+      const Camera camera = randomHighCamera(random, world);
       FakeResidents residents(world, {TileId{}});
       const Guesses first = guess(world, residents, camera, all, 100000);
       std::set<TileId> guesses, later;
@@ -156,7 +156,7 @@ TEST(PredictWishes, KnowsOfMeshesFromTheRootOnWhatTheirBoundsWillAskFor) {
   const MeshScale scale = MeshScale::of(world.frame, world.scale);
   std::mt19937 random(3);
   for (int view = 0; view < 40; ++view) {
-    const Camera camera = randomCamera(random, world);
+    const Camera camera = randomHighCamera(random, world);
     const std::set<TileId> guesses = guessOverMeshes(world, {TileId{}}, camera, SurfaceKind::Meshes);
     EXPECT_TRUE(guessOverMeshes(world, {TileId{}}, camera, SurfaceKind::Patches).empty());
     EXPECT_TRUE(guessOverMeshes(world, {}, camera, SurfaceKind::Meshes).empty());
@@ -198,7 +198,7 @@ TEST(PredictWishes, NamesTheSameTilesOfMeshesWhicheverAreHere) {
   std::mt19937 random(8);
   size_t here = 0;
   for (int view = 0; view < 40; ++view) {
-    const Camera camera = randomCamera(random, world);
+    const Camera camera = randomHighCamera(random, world);
     std::set<TileId> expected = guessOverMeshes(world, {TileId{}}, camera, SurfaceKind::Meshes);
     std::set<TileId> resident = {TileId{}};
     for (const TileId id : FakeWorld::allTiles(4))
@@ -218,7 +218,7 @@ TEST(PredictWishes, KnowsOfMeshesThatWillStateMoreThanTheirBounds) {
   std::mt19937 random(9);
   size_t more = 0;
   for (int view = 0; view < 40; ++view) {
-    const Camera camera = randomCamera(random, smooth);
+    const Camera camera = randomHighCamera(random, smooth);
     const std::set<TileId> few = guessOverMeshes(smooth, {TileId{}}, camera, SurfaceKind::Meshes);
     const std::set<TileId> many = guessOverMeshes(rough, {TileId{}}, camera, SurfaceKind::Meshes);
     EXPECT_TRUE(std::includes(many.begin(), many.end(), few.begin(), few.end()));

@@ -5,16 +5,13 @@
 #include <glm/geometric.hpp>
 
 #include "patch_instances.h"
+#include "srgb.h"
 
 namespace terrane {
 
 namespace {
 
 constexpr double kDegree = 3.14159265358979323846 / 180.0;
-
-float linearFromSrgb(float c) {
-  return c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
-}
 
 void setPalette(FrameBlock& block, const Palette& palette, double low, double high) {
   const double span = high > low ? high - low : 1.0;

@@ -4,13 +4,10 @@
 #include <cmath>
 
 #include "prepared_lines.h"
+#include "srgb.h"
 
 namespace terrane {
 namespace {
-
-float linearFromSrgb(float c) {
-  return c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
-}
 
 /// Does all that the shader follows stay inside the tables?
 bool holdsTogether(const PreparedLines& lines) {

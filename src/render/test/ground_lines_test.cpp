@@ -11,18 +11,17 @@
 
 #include "made_up_world.h"
 #include "stage.h"
-#include "terrane/render/png.h"
 
 /// Lines on the ground against their definition: lines laid over the surface in steps of a hand's width, seen
 /// by the camera.
 namespace terrane {
 namespace {
 
-constexpr int kWidth = 320;
-constexpr int kHeight = 200;
-const PatchGrid kGrid{.k = 4};
+constexpr int kLinesWidth = 320;
+constexpr int kLinesHeight = 200;
+const PatchGrid kLinesGrid{.k = 4};
 
-RenderStyle plainStyle() {
+RenderStyle styleOfLines() {
   RenderStyle style;
   style.samples = 1;
   style.haze = false;
@@ -31,16 +30,8 @@ RenderStyle plainStyle() {
   return style;
 }
 
-/// For a person to look at, where TERRANE_LOOK names a folder.
-void look(const std::string& name, const std::vector<uint8_t>& rgba, int width = kWidth,
-          int height = kHeight) {
-  if (const char* folder = std::getenv("TERRANE_LOOK")) {
-    EXPECT_TRUE(writePng(std::string(folder) + "/" + name + ".png", width, height, rgba).ok());
-  }
-}
-
-std::vector<uint8_t> drawn(const Stage& stage, const Cut& cut, const MadeUpWorld& world, const Camera& camera,
-                           const RenderStyle& style) {
+std::vector<uint8_t> drawnWithLines(const Stage& stage, const Cut& cut, const MadeUpWorld& world,
+                                    const Camera& camera, const RenderStyle& style) {
   auto picture = stage.renderer->drawPicture(cut, world.frame, camera, style);
   TERRANE_CHECK(picture.ok(), "{}", picture.error().message);
   return std::move(picture->rgba);
@@ -109,7 +100,7 @@ std::vector<Nearest> nearestOnPicture(const MadeUpWorld& world, const std::vecto
 TEST(GroundLines, ArePixelsWideWhereverTheGroundIsSeen) {
   const MadeUpWorld world = hillsWorld(1);
   const double side = world.sideMeters();
-  const Cut cut = makeFullCut(kGrid, 1, kGrid.deepestLevel(1));
+  const Cut cut = makeFullCut(kLinesGrid, 1, kLinesGrid.deepestLevel(1));
   for (const gpu::Api api : {gpu::Api::OpenGl, gpu::Api::OpenGlEs}) {
     const Stage stage({.api = api});
     stage.uploadAll(world, 1);
@@ -119,14 +110,14 @@ TEST(GroundLines, ArePixelsWideWhereverTheGroundIsSeen) {
              {{0.5 * side, -1.05 * side, 2500.0}, {0.45 * side, -0.5 * side, 500.0}, 1.0},
              {{0.3 * side, -0.9 * side, 1500.0}, {0.5 * side, -0.2 * side, 900.0}, 1.0},
              {{0.3 * side, -0.9 * side, 2600.0}, {0.5 * side, -0.2 * side, 1600.0}, 2.0}}) {
-      const Camera camera = lookAt(eye, target, 0.8, kWidth, kHeight);
-      RenderStyle style = plainStyle();
+      const Camera camera = lookAt(eye, target, 0.8, kLinesWidth, kLinesHeight);
+      RenderStyle style = styleOfLines();
       style.exaggeration = exaggeration;
       const auto lines = windingLines(world, 3, 25);
-      const auto bare = drawn(stage, cut, world, camera, style);
+      const auto bare = drawnWithLines(stage, cut, world, camera, style);
       ASSERT_TRUE(stage.renderer->setLines(lines).ok());
-      const auto lined = drawn(stage, cut, world, camera, style);
-      look("lines_" + std::to_string(number++), lined);
+      const auto lined = drawnWithLines(stage, cut, world, camera, style);
+      look("lines_" + std::to_string(number++), lined, kLinesWidth, kLinesHeight);
       const auto places = stage.renderer->drawPositions(cut, world.frame, camera, exaggeration);
       ASSERT_TRUE(places.ok());
       const auto nearest = nearestOnPicture(world, lines, camera, *places, exaggeration);
@@ -153,7 +144,7 @@ TEST(GroundLines, ArePixelsWideWhereverTheGroundIsSeen) {
       EXPECT_LE(missing, number == 1 ? 0 : inside / 50);
       EXPECT_LE(extra, number == 1 ? 0 : outside / 1000);
       ASSERT_TRUE(stage.renderer->setLines({}).ok());
-      EXPECT_EQ(drawn(stage, cut, world, camera, style), bare);
+      EXPECT_EQ(drawnWithLines(stage, cut, world, camera, style), bare);
     }
   }
 }
@@ -161,20 +152,20 @@ TEST(GroundLines, ArePixelsWideWhereverTheGroundIsSeen) {
 TEST(GroundLines, MetersAreMetersOnTheGround) {
   const MadeUpWorld world = hillsWorld(1);
   const double side = world.sideMeters();
-  const Cut cut = makeFullCut(kGrid, 1, kGrid.deepestLevel(1));
+  const Cut cut = makeFullCut(kLinesGrid, 1, kLinesGrid.deepestLevel(1));
   const Stage stage;
   stage.uploadAll(world, 1);
-  const Camera camera =
-      lookAt({0.5 * side, -1.05 * side, 2500.0}, {0.45 * side, -0.5 * side, 500.0}, 0.8, kWidth, kHeight);
-  const auto bare = drawn(stage, cut, world, camera, plainStyle());
+  const Camera camera = lookAt({0.5 * side, -1.05 * side, 2500.0}, {0.45 * side, -0.5 * side, 500.0}, 0.8,
+                               kLinesWidth, kLinesHeight);
+  const auto bare = drawnWithLines(stage, cut, world, camera, styleOfLines());
   const auto places = stage.renderer->drawPositions(cut, world.frame, camera);
   ASSERT_TRUE(places.ok());
   for (const double width : {20.0, 60.0, 400.0}) {
     auto lines = windingLines(world, 4, 8);
     for (GroundLine& line : lines) line.isWidthInMeters = true, line.width = width;
     ASSERT_TRUE(stage.renderer->setLines(lines).ok());
-    const auto lined = drawn(stage, cut, world, camera, plainStyle());
-    look("meters_" + std::to_string(static_cast<int>(width)), lined);
+    const auto lined = drawnWithLines(stage, cut, world, camera, styleOfLines());
+    look("meters_" + std::to_string(static_cast<int>(width)), lined, kLinesWidth, kLinesHeight);
     int inside = 0, missing = 0, outside = 0, extra = 0;
     for (size_t i = 0; i < places->size(); ++i) {
       const glm::dvec3 place = (*places)[i];
@@ -208,12 +199,13 @@ TEST(GroundLines, LaterOnesLieOverEarlierOnesAndBlendOnce) {
   world.height = [](int64_t, int64_t) { return 0.0F; };
   const Stage stage;
   stage.uploadAll(world, 0);
-  const Cut cut = makeFullCut(kGrid, 0, kGrid.deepestLevel(0));
+  const Cut cut = makeFullCut(kLinesGrid, 0, kLinesGrid.deepestLevel(0));
   const double side = world.sideMeters(), middle = 0.5 * side;
-  const Camera camera = lookAt({middle, -middle, 1000.0}, {middle, -middle, 0.0}, 0.7, kWidth, kHeight);
+  const Camera camera =
+      lookAt({middle, -middle, 1000.0}, {middle, -middle, 0.0}, 0.7, kLinesWidth, kLinesHeight);
   const auto at = [&](const std::vector<uint8_t>& rgba, glm::dvec2 local) {
     const glm::dvec2 pixel = camera.pixelFromLocal({local, 0.0});
-    const size_t i = 4 * (static_cast<size_t>(pixel.y) * kWidth + static_cast<size_t>(pixel.x));
+    const size_t i = 4 * (static_cast<size_t>(pixel.y) * kLinesWidth + static_cast<size_t>(pixel.x));
     return std::array<int, 3>{rgba[i], rgba[i + 1], rgba[i + 2]};
   };
   GroundLine red, green;
@@ -223,9 +215,9 @@ TEST(GroundLines, LaterOnesLieOverEarlierOnesAndBlendOnce) {
   green.srgba = {0, 1, 0, 1};
   red.width = green.width = 9.0;
   ASSERT_TRUE(stage.renderer->setLines(std::vector<GroundLine>{red, green}).ok());
-  EXPECT_EQ(at(drawn(stage, cut, world, camera, plainStyle()), {middle, -middle})[1], 255);
+  EXPECT_EQ(at(drawnWithLines(stage, cut, world, camera, styleOfLines()), {middle, -middle})[1], 255);
   ASSERT_TRUE(stage.renderer->setLines(std::vector<GroundLine>{green, red}).ok());
-  const auto crossed = drawn(stage, cut, world, camera, plainStyle());
+  const auto crossed = drawnWithLines(stage, cut, world, camera, styleOfLines());
   EXPECT_EQ(at(crossed, {middle, -middle})[0], 255);
   EXPECT_EQ(at(crossed, {middle, -middle + 50.0})[1], 255);
 
@@ -234,9 +226,9 @@ TEST(GroundLines, LaterOnesLieOverEarlierOnesAndBlendOnce) {
   bent.srgba = {1, 0, 0, 0.5F};
   bent.corners = {{middle - 100.0, -middle}, {middle, -middle}, {middle - 100.0, -middle + 0.1}};
   ASSERT_TRUE(stage.renderer->setLines(std::vector<GroundLine>{bent}).ok());
-  const auto see = drawn(stage, cut, world, camera, plainStyle());
+  const auto see = drawnWithLines(stage, cut, world, camera, styleOfLines());
   ASSERT_TRUE(stage.renderer->setLines(std::vector<GroundLine>{}).ok());
-  const auto bare = drawn(stage, cut, world, camera, plainStyle());
+  const auto bare = drawnWithLines(stage, cut, world, camera, styleOfLines());
   const auto before = at(bare, {middle - 50.0, -middle}), after = at(see, {middle - 50.0, -middle});
   const auto linear = [](int c) { return std::pow(c / 255.0, 2.2); };
   EXPECT_NEAR(linear(after[1]), 0.5 * linear(before[1]), 0.02);
@@ -246,7 +238,7 @@ TEST(GroundLines, LaterOnesLieOverEarlierOnesAndBlendOnce) {
   dot.corners = {{middle + 20.0, -middle + 20.0}};
   dot.width = 21.0;
   ASSERT_TRUE(stage.renderer->setLines(std::vector<GroundLine>{dot}).ok());
-  const auto dotted = drawn(stage, cut, world, camera, plainStyle());
+  const auto dotted = drawnWithLines(stage, cut, world, camera, styleOfLines());
   double area = 0.0;
   for (size_t i = 0; i < dotted.size(); i += 4)
     if (dotted[i] != bare[i] || dotted[i + 1] != bare[i + 1])
@@ -274,14 +266,14 @@ TEST(GroundLines, StandStillInALargeWorld) {
   for (Patch& patch : deep.patches) patch.tile = patch.shadingTile = TileId{};
   for (int i = 0; i < 20; ++i) {
     const glm::dvec2 eye = at + 0.37 * i * glm::normalize(glm::dvec2(3.0, 1.0));
-    const Camera camera = lookAt({eye, 2.0}, {eye, 0.0}, 0.7, kWidth, kHeight);
-    const auto picture = drawn(stage, deep, world, camera, plainStyle());
+    const Camera camera = lookAt({eye, 2.0}, {eye, 0.0}, 0.7, kLinesWidth, kLinesHeight);
+    const auto picture = drawnWithLines(stage, deep, world, camera, styleOfLines());
     // The line goes through the middle, and is five pixels wide there.
     double area = 0.0;
-    for (int y = 0; y < kHeight; ++y)
-      area += picture[4 * static_cast<size_t>(y * kWidth + kWidth / 2)] > 200 &&
-              picture[4 * static_cast<size_t>(y * kWidth + kWidth / 2) + 1] < 100;
-    const size_t middle = 4 * static_cast<size_t>(kHeight / 2 * kWidth + kWidth / 2);
+    for (int y = 0; y < kLinesHeight; ++y)
+      area += picture[4 * static_cast<size_t>(y * kLinesWidth + kLinesWidth / 2)] > 200 &&
+              picture[4 * static_cast<size_t>(y * kLinesWidth + kLinesWidth / 2) + 1] < 100;
+    const size_t middle = 4 * static_cast<size_t>(kLinesHeight / 2 * kLinesWidth + kLinesWidth / 2);
     EXPECT_GT(picture[middle], 240) << i;
     EXPECT_LT(picture[middle + 1], 30) << i;
     EXPECT_NEAR(area, 5.0 * std::sqrt(10.0) / 3.0, 1.5) << i;
@@ -293,14 +285,14 @@ TEST(GroundLines, TenThousandSegmentsCostLittleMoreThanOne) {
   const double side = world.sideMeters();
   const Stage stage;
   stage.uploadAll(world, 2);
-  const Cut cut = makeFullCut(kGrid, 2, kGrid.deepestLevel(1));
+  const Cut cut = makeFullCut(kLinesGrid, 2, kLinesGrid.deepestLevel(1));
   const Camera camera =
       lookAt({0.5 * side, -1.05 * side, 3500.0}, {0.45 * side, -0.5 * side, 500.0}, 0.8, 640, 400);
   const auto seconds = [&] {
     double best = 1e9;
     for (int i = 0; i < 5; ++i) {
       const auto begun = std::chrono::steady_clock::now();
-      drawn(stage, cut, world, camera, plainStyle());
+      drawnWithLines(stage, cut, world, camera, styleOfLines());
       best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
     }
     return best;
@@ -314,7 +306,7 @@ TEST(GroundLines, TenThousandSegmentsCostLittleMoreThanOne) {
   const double one = seconds();
   ASSERT_TRUE(stage.renderer->setLines(many).ok());
   const double all = seconds();
-  look("ten_thousand", drawn(stage, cut, world, camera, plainStyle()), 640, 400);
+  look("ten_thousand", drawnWithLines(stage, cut, world, camera, styleOfLines()), 640, 400);
   std::printf("frame %.1f ms, with one line %.2f times, with %zu segments %.2f times\n", 1e3 * bare,
               one / bare, segments, all / bare);
   EXPECT_LT(all, 4.0 * one);

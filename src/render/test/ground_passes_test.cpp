@@ -8,28 +8,21 @@
 
 #include "made_up_world.h"
 #include "stage.h"
-#include "terrane/render/png.h"
 
 /// Callers' own stages over the finished ground.
 namespace terrane {
 namespace {
 
-constexpr int kWidth = 320;
-constexpr int kHeight = 200;
-const PatchGrid kGrid{.k = 4};
+constexpr int kPassWidth = 320;
+constexpr int kPassHeight = 200;
+const PatchGrid kPassGrid{.k = 4};
 
-RenderStyle plainStyle() {
+RenderStyle styleOfPasses() {
   RenderStyle style;
   style.samples = 1;
   style.lowMeters = 300.0;
   style.highMeters = 1700.0;
   return style;
-}
-
-void look(const std::string& name, const std::vector<uint8_t>& rgba) {
-  if (const char* folder = std::getenv("TERRANE_LOOK")) {
-    EXPECT_TRUE(writePng(std::string(folder) + "/" + name + ".png", kWidth, kHeight, rgba).ok());
-  }
 }
 
 constexpr const char* kNothing = "vec3 apply(Ground ground) { return ground.color; }";
@@ -47,12 +40,13 @@ vec3 apply(Ground ground) {
 
 struct Scene {
   MadeUpWorld world = hillsWorld(1);
-  Cut cut = makeFullCut(kGrid, 1, kGrid.deepestLevel(1));
-  Camera camera = lookAt({0.5 * world.sideMeters(), -1.05 * world.sideMeters(), 2500.0},
-                         {0.45 * world.sideMeters(), -0.5 * world.sideMeters(), 500.0}, 0.8, kWidth, kHeight);
+  Cut cut = makeFullCut(kPassGrid, 1, kPassGrid.deepestLevel(1));
+  Camera camera =
+      lookAt({0.5 * world.sideMeters(), -1.05 * world.sideMeters(), 2500.0},
+             {0.45 * world.sideMeters(), -0.5 * world.sideMeters(), 500.0}, 0.8, kPassWidth, kPassHeight);
   Stage stage;
   explicit Scene(gpu::Api api = gpu::Api::OpenGl) : stage({.api = api}) { stage.uploadAll(world, 1); }
-  std::vector<uint8_t> draw(const RenderStyle& style = plainStyle()) const {
+  std::vector<uint8_t> draw(const RenderStyle& style = styleOfPasses()) const {
     auto picture = stage.renderer->drawPicture(cut, world.frame, camera, style);
     TERRANE_CHECK(picture.ok(), "{}", picture.error().message);
     return std::move(picture->rgba);
@@ -70,7 +64,7 @@ TEST(GroundPasses, OneThatChangesNothingChangesNothing) {
   for (const gpu::Api api : {gpu::Api::OpenGl, gpu::Api::OpenGlEs}) {
     const Scene scene(api);
     for (const int samples : {1, 4}) {
-      RenderStyle style = plainStyle();
+      RenderStyle style = styleOfPasses();
       style.samples = samples;
       const auto bare = scene.draw(style);
       ASSERT_TRUE(scene.renderer().setPass("nothing", kNothing, {}).ok());
@@ -87,7 +81,7 @@ TEST(GroundPasses, GroundIsWhatItSays) {
   for (const gpu::Api api : {gpu::Api::OpenGl, gpu::Api::OpenGlEs}) {
     for (const double exaggeration : {1.0, 2.0}) {
       const Scene scene(api);
-      RenderStyle style = plainStyle();
+      RenderStyle style = styleOfPasses();
       style.exaggeration = exaggeration;
       const auto places =
           scene.renderer().drawPositions(scene.cut, scene.world.frame, scene.camera, exaggeration);
@@ -149,7 +143,8 @@ TEST(GroundPasses, GroundIsWhatItSays) {
       EXPECT_GT(ground, 20000);
       EXPECT_GT(sky, 250);
       EXPECT_LT(offNormals, ground / 20);
-      if (api == gpu::Api::OpenGl && exaggeration == 1.0) look("pass_normals", normals);
+      if (api == gpu::Api::OpenGl && exaggeration == 1.0)
+        look("pass_normals", normals, kPassWidth, kPassHeight);
     }
   }
 }
@@ -162,20 +157,20 @@ TEST(GroundPasses, ContourLinesAreAtTheirHeights) {
   ASSERT_TRUE(
       scene.renderer().setPassUniform("contours", "ink", std::array<float, 3>{0.2F, 0.0F, 0.0F}).ok());
   const auto lined = scene.draw();
-  look("pass_contours", lined);
+  look("pass_contours", lined, kPassWidth, kPassHeight);
   const auto places = scene.renderer().drawPositions(scene.cut, scene.world.frame, scene.camera);
   ASSERT_TRUE(places.ok());
   int onLine = 0;
-  for (int y = 1; y + 1 < kHeight; ++y)
-    for (int x = 1; x + 1 < kWidth; ++x) {
+  for (int y = 1; y + 1 < kPassHeight; ++y)
+    for (int x = 1; x + 1 < kPassWidth; ++x) {
       const auto at = [&](int dx, int dy) {
-        return (*places)[static_cast<size_t>((y + dy) * kWidth + x + dx)].z;
+        return (*places)[static_cast<size_t>((y + dy) * kPassWidth + x + dx)].z;
       };
       // Does a contour pass between this pixel and its neighbours?
       double low = 1e9, high = -1e9;
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx) low = std::min(low, at(dx, dy)), high = std::max(high, at(dx, dy));
-      const auto i = static_cast<size_t>(4 * (y * kWidth + x));
+      const auto i = static_cast<size_t>(4 * (y * kPassWidth + x));
       const bool isDark = bare[i + 1] - lined[i + 1] > 40;
       if (isDark) {
         ++onLine;

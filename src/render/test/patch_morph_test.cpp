@@ -4,6 +4,7 @@
 #include <map>
 #include <random>
 
+#include "stage.h"
 #include "vertex_capture.h"
 
 namespace terrane {
@@ -134,9 +135,6 @@ TEST_P(PatchMorph, AtZeroThePatchIsItsParent) {
   }
 }
 
-std::string dialectName(const testing::TestParamInfo<gpu::Api>& dialect) {
-  return dialect.param == gpu::Api::OpenGl ? "OpenGl" : "OpenGlEs";
-}
 INSTANTIATE_TEST_SUITE_P(BothDialects, PatchMorph, testing::Values(gpu::Api::OpenGl, gpu::Api::OpenGlEs),
                          dialectName);
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <random>
 
+#include "stage.h"
 #include "vertex_capture.h"
 
 namespace terrane {
@@ -113,9 +114,6 @@ TEST(PatchTemplates, EdgesAreGridLinesOrTheAlternatingDiagonal) {
   }
 }
 
-std::string dialectName(const testing::TestParamInfo<gpu::Api>& dialect) {
-  return dialect.param == gpu::Api::OpenGl ? "OpenGl" : "OpenGlEs";
-}
 INSTANTIATE_TEST_SUITE_P(BothDialects, PatchPlace, testing::Values(gpu::Api::OpenGl, gpu::Api::OpenGlEs),
                          dialectName);
 

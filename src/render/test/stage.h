@@ -1,10 +1,16 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <cstdlib>
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "made_up_world.h"
 #include "terrane/base/check.h"
+#include "terrane/render/png.h"
 #include "terrane/render/terrain_renderer.h"
 
 namespace terrane {
@@ -32,5 +38,17 @@ struct Stage {
         }
   }
 };
+
+/// What a suite of tests with both dialects of GLSL is called with this one.
+inline std::string dialectName(const testing::TestParamInfo<gpu::Api>& dialect) {
+  return dialect.param == gpu::Api::OpenGl ? "OpenGl" : "OpenGlEs";
+}
+
+/// For a person to look at, where TERRANE_LOOK names a folder.
+inline void look(const std::string& name, const std::vector<uint8_t>& rgba, int width, int height) {
+  if (const char* folder = std::getenv("TERRANE_LOOK")) {
+    EXPECT_TRUE(writePng(std::string(folder) + "/" + name + ".png", width, height, rgba).ok());
+  }
+}
 
 }  // namespace terrane

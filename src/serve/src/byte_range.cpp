@@ -27,7 +27,7 @@ bool equalsIgnoringCase(std::string_view a, std::string_view b) {
 }
 
 /// Digits only; what does not fit is the largest number there is.
-std::optional<uint64_t> readNumber(std::string_view digits) {
+std::optional<uint64_t> readPlace(std::string_view digits) {
   if (digits.empty()) return {};
   constexpr uint64_t kMost = std::numeric_limits<uint64_t>::max();
   uint64_t number = 0;
@@ -60,7 +60,7 @@ RangeAnswer readRange(std::string_view field, uint64_t size) {
   const std::string_view firstText = spec.substr(0, dash), lastText = spec.substr(dash + 1);
 
   // The last bytes: "-500".
-  const auto last = readNumber(lastText);
+  const auto last = readPlace(lastText);
   if (firstText.empty()) {
     if (!last) return whole;
     if (*last == 0 || size == 0) return {RangeAnswer::Kind::Unsatisfiable, 0, 0};
@@ -69,7 +69,7 @@ RangeAnswer readRange(std::string_view field, uint64_t size) {
   }
 
   // "500-" and "500-999"; one that ends before it begins is malformed, and a malformed field is ignored.
-  const auto first = readNumber(firstText);
+  const auto first = readPlace(firstText);
   if (!first || (!lastText.empty() && (!last || *last < *first))) return whole;
   if (*first >= size) return {RangeAnswer::Kind::Unsatisfiable, 0, 0};
   const uint64_t end = last ? std::min(*last, size - 1) : size - 1;

@@ -5,7 +5,7 @@
 namespace terrane::serve {
 namespace {
 
-constexpr size_t kMostParts = 16;
+constexpr size_t kMostUrlParts = 16;
 
 int hexValue(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -50,7 +50,8 @@ Status readPath(std::string_view path, RequestTarget& out) {
     if (segment->empty() || *segment == "." || *segment == ".." ||
         segment->find_first_of("/\\") != std::string::npos)
       return makeError("the path, segment {}: nothing here has such a name", out.path.size() + 1);
-    if (out.path.size() == kMostParts) return makeError("the path has more than {} segments", kMostParts);
+    if (out.path.size() == kMostUrlParts)
+      return makeError("the path has more than {} segments", kMostUrlParts);
     out.path.push_back(std::move(segment).value());
     if (slash + 1 == path.size()) return makeError("the path ends in an empty segment");
     path.remove_prefix(std::min(slash + 1, path.size()));
@@ -70,7 +71,8 @@ Status readQuery(std::string_view query, RequestTarget& out) {
     auto value = decode(pair.substr(std::min(equals + 1, pair.size())), true);
     if (!value.ok()) return makeError("the query, parameter {}, {}", *name, value.error().message);
     if (out.find(*name) != nullptr) return makeError("the query has the parameter {} twice", *name);
-    if (out.query.size() == kMostParts) return makeError("the query has more than {} parameters", kMostParts);
+    if (out.query.size() == kMostUrlParts)
+      return makeError("the query has more than {} parameters", kMostUrlParts);
     out.query.emplace_back(std::move(name).value(), std::move(value).value());
   }
   return {};

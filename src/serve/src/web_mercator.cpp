@@ -7,7 +7,7 @@
 namespace terrane::serve {
 namespace {
 
-std::optional<int> readNumber(std::string_view text) {
+std::optional<int> readAxis(std::string_view text) {
   int number = 0;
   const char* const last = text.data() + text.size();
   const auto [end, error] = std::from_chars(text.data(), last, number);
@@ -18,7 +18,7 @@ std::optional<int> readNumber(std::string_view text) {
 }  // namespace
 
 std::optional<XyzAddress> readXyz(std::string_view z, std::string_view x, std::string_view y) {
-  const auto level = readNumber(z), col = readNumber(x), row = readNumber(y);
+  const auto level = readAxis(z), col = readAxis(x), row = readAxis(y);
   if (!level || !col || !row || *level > kDeepestXyz) return {};
   if (*col >> *level != 0 || *row >> *level != 0) return {};
   return XyzAddress{*level, *col, *row};
