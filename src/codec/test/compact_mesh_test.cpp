@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "random_mesh_levels.h"
+#include "rounds.h"
 
 namespace terrane {
 namespace {
@@ -34,7 +35,7 @@ void expectSame(const MeshLevel& meshes) {
 
 TEST(CompactMesh, ExpandsToTheVeryMeshesOfAllLevels) {
   int64_t triangles = 0, replacing = 0, extras = 0;
-  for (unsigned seed = 0; seed < 12; ++seed) {
+  for (unsigned seed = 0; seed < rounds(12U); ++seed) {
     SCOPED_TRACE(seed);
     RandomMeshes options = randomMeshesOf(seed);
     options.lastKept = 10;
@@ -49,14 +50,14 @@ TEST(CompactMesh, ExpandsToTheVeryMeshesOfAllLevels) {
     });
   }
   // All kinds of triangles were among them.
-  EXPECT_GT(triangles, 1'000'000);
-  EXPECT_GT(extras, 1000);
-  EXPECT_GT(replacing, 1000);
+  EXPECT_GT(triangles, rounds(1'000'000));
+  EXPECT_GT(extras, rounds(1000));
+  EXPECT_GT(replacing, rounds(1000));
 }
 
 TEST(CompactMesh, ExpandsAMillionSmallPatches) {
   size_t patches = 0;
-  for (unsigned seed = 100; patches < 1'000'000; ++seed) {
+  for (unsigned seed = 100; patches < rounds(size_t{1'000'000}); ++seed) {
     SCOPED_TRACE(seed);
     RandomMeshes options = randomMeshesOf(seed);
     options.firstKept = 8;
@@ -121,7 +122,7 @@ TEST(CompactMesh, FlippedBitsAreRefusedOrStayWithinRanges) {
   for (const unsigned seed : {5U, 2U, 3U}) {
     for (const CompactLevel& whole : someLevels(seed)) {
       const size_t heads = size_t{1} + static_cast<size_t>(patchCount(whole.level()));
-      for (int turn = 0; turn < 150; ++turn) {
+      for (int turn = 0; turn < rounds(150); ++turn) {
         CompactLevel harmed = whole;
         const int flips = 1 + static_cast<int>(random() % 3);
         for (int i = 0; i < flips; ++i) {
@@ -138,8 +139,8 @@ TEST(CompactMesh, FlippedBitsAreRefusedOrStayWithinRanges) {
       ASSERT_TRUE(validateCompactLevel(whole).ok());
     }
   }
-  EXPECT_GT(refused, 500);
-  EXPECT_GT(taken, 50);
+  EXPECT_GT(refused, rounds(500));
+  EXPECT_GT(taken, rounds(50));
 }
 
 TEST(CompactMesh, RandomWordsAreRefused) {

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "cut_checks.h"
+#include "rounds.h"
 #include "terrane/lod/octagon.h"
 #include "terrane/lod/screen_metric.h"
 #include "terrane/tiling/patch_template.h"
@@ -300,7 +301,7 @@ TEST(Morph, WhatArrivesFadesIn) {
   constexpr double kStep = 0.004;
   constexpr double kMostAStep = 16.0 * kStep / 0.3;
   int64_t faded = 0;
-  for (uint32_t seed = 0; seed < 8; ++seed) {
+  for (uint32_t seed = 0; seed < rounds(8U); ++seed) {
     std::mt19937 random(800 + seed);
     const FakeWorld world(1, seed);
     PatchSelection selection;
@@ -339,13 +340,13 @@ TEST(Morph, WhatArrivesFadesIn) {
       EXPECT_EQ(cut.patches[i].shadingTile, goal.patches[i].shadingTile);
     }
   }
-  EXPECT_GT(faded, 10000);
+  EXPECT_GT(faded, rounds(10000));
 }
 
 /// Cameras that fly while tiles come and go, with steps of all lengths: cuts conform, children wait; and the
 /// same sequence gives the same cuts.
 TEST(Morph, MixedRampsConformWhateverHappens) {
-  for (uint32_t seed = 0; seed < 10; ++seed) {
+  for (uint32_t seed = 0; seed < rounds(10U); ++seed) {
     std::array<std::vector<Cut>, 2> runs;
     for (std::vector<Cut>& cuts : runs) {
       std::mt19937 random(900 + seed);
