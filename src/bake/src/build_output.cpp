@@ -116,8 +116,8 @@ bool mayReplace(const std::string& target) {
   const std::string folder = folderOf(target);
   if (access(target.c_str(), R_OK | W_OK | X_OK) != 0 || access(folder.c_str(), W_OK | X_OK) != 0)
     return false;
-  struct stat ofFolder {
-  }, ofTarget{};
+  struct stat ofFolder = {};
+  struct stat ofTarget = {};
   if (stat(folder.c_str(), &ofFolder) != 0 || stat(target.c_str(), &ofTarget) != 0) return false;
   // In a folder like /tmp everybody may write, but rename only what is theirs.
   const uid_t me = geteuid();

@@ -92,7 +92,10 @@ void Geographic::Transform::findOwnDegrees(const std::string& crsWkt) {
 
 void Geographic::giveBack(const std::string& name, std::unique_ptr<Transform> transform) {
   const std::lock_guard lock(mutex_);
-  if (idle_.size() > kMostKept && idle_.count(name) == 0) return;
+  // What leads nowhere takes nobody's place.
+  const bool isWorthKeeping =
+      transform->transform != nullptr && (idle_.size() < kMostKept || idle_.count(name) > 0);
+  if (name != kDegrees && !isWorthKeeping) return;
   idle_[name].push_back(std::move(transform));
 }
 

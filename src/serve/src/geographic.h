@@ -27,14 +27,14 @@ class Geographic {
   std::vector<glm::dvec2> crsFromGeographic(std::span<const glm::dvec2> degrees);
   std::vector<glm::dvec2> geographicFromCrs(std::span<const glm::dvec2> crs);
   /// CRS coordinates of places in another CRS, which PROJ finds by its name ("EPSG:2056"): east before north,
-  /// whatever its own order; not a number where there is none. The first places in a CRS take some
-  /// milliseconds.
+  /// whatever its own order; not a number where there is none. The first places in a CRS take
+  /// tens of milliseconds.
   std::vector<glm::dvec2> crsFrom(const std::string& name, std::span<const glm::dvec2> places);
   /// Metres on the CRS's ellipsoid from the beginning of a line, straight in the CRS between its corners, to
   /// each of them. Nothing where PROJ cannot tell, for one of them. A microsecond or two a corner, and one
   /// for each 20 km between.
   std::optional<std::vector<double>> metersAlong(std::span<const glm::dvec2> cornersCrs);
-  /// Can PROJ relate the dataset's CRS to this one at all? Made when first asked for; a millisecond.
+  /// Can PROJ relate the dataset's CRS to this one at all? Made when first asked for; tens of milliseconds.
   bool available(const std::string& name = kDegrees);
 
  private:
